@@ -11,8 +11,8 @@ use std::time::Duration;
 use dgd_bench::{measure, peak_memory};
 use dgd_compiler::diagnostics::Diagnostics;
 use dgd_compiler::model::ModelOptions;
-use dgd_compiler::pipeline::{Directions, compile};
-use dgd_compiler::source::{Source, Sources};
+use dgd_compiler::pipeline::{SensitivityDirections, compile};
+use dgd_compiler::source::{SourceMap, SourceText};
 
 fn main() {
     let length = std::env::args().skip(1).find_map(|argument| argument.parse().ok());
@@ -55,13 +55,13 @@ fn chain(length: usize) -> String {
 }
 
 fn program(text: &str) -> usize {
-    let main = Source { name: "chain.dgd".to_owned(), text: text.to_owned() };
+    let main = SourceText { name: "chain.dgd".to_owned(), text: text.to_owned() };
     let compiled = compile(
         main,
         &ModelOptions::default(),
-        &Directions::None,
+        &SensitivityDirections::None,
         &mut |path| Err(format!("`{path}` is not imported")),
-        &mut Sources::default(),
+        &mut SourceMap::default(),
         &mut Diagnostics::default(),
     );
     compiled.expect("a sound model").program.functions.len()

@@ -15,15 +15,15 @@ use std::time::Duration;
 use dgd_bench::measure;
 use dgd_compiler::diagnostics::Diagnostics;
 use dgd_compiler::model::ModelOptions;
-use dgd_compiler::pipeline::{Directions, compile};
+use dgd_compiler::pipeline::{SensitivityDirections, compile};
 use dgd_compiler::program::Program;
-use dgd_compiler::source::{Source, Sources, Span};
+use dgd_compiler::source::{SourceMap, SourceText, Span};
 use dgd_compiler::syntax::ast::Name;
-use dgd_data::{Table, read};
-use dgd_execute::{Engine, Interpreted, Loaded};
+use dgd_data::{DataTable, read};
+use dgd_execute::{Engine, InterpretedSystem, LoadedSystem};
 use dgd_runtime::{
-    Column, Inputs, Interpolation, Options, Point, Problem, Solution, Solved, System, simulate,
-    simulate_with_sensitivities,
+    EvaluationPoint, InputColumn, Inputs, Interpolation, Options, Problem, Solution,
+    SolvableSystem, System, simulate, simulate_with_sensitivities,
 };
 
 mod models {
@@ -45,8 +45,8 @@ fn main() {
     for flow in ["dynamic", "static"] {
         let reference = reference(flow);
         let program = program("bench_two_state", &[("flow", flow)]);
-        let interpreted = Interpreted::new(program.clone());
-        let native = Loaded::with_engine(program, Engine::Native);
+        let interpreted = InterpretedSystem::new(program.clone());
+        let native = LoadedSystem::with_engine(program, Engine::Native);
         for with in [false, true] {
             let problem = match (flow, with) {
                 ("dynamic", false) => "P1a",
@@ -71,10 +71,10 @@ fn main() {
 /// Measures the time to compile a model to native code, and prints it.
 fn compilation(model: &str) {
     let program = program(model, &[]);
-    let operations = |function: &dgd_compiler::program::Function| {
+    let operations = |function: &dgd_compiler::program::ProgramFunction| {
         function.body.len() + function.loops.iter().map(|part| part.body.len()).sum::<usize>()
     };
-    let system = || Loaded::with_engine(program.clone(), Engine::Native);
+    let system = || LoadedSystem::with_engine(program.clone(), Engine::Native);
     let all_functions = measure(Duration::from_millis(300), || {
         let system = system();
         system.compile().expect("native code");
@@ -86,7 +86,7 @@ fn compilation(model: &str) {
     let z = vec![0.0; program.signature.discrete.len()];
     let first = measure(Duration::from_millis(300), || {
         let (system, mut f) = (system(), vec![0.0; y.len()]);
-        system.rhs(Point { t: 0.0, y: &y, u: &u, p: &p, z: &z }, &mut f);
+        system.rhs(EvaluationPoint { t: 0.0, y: &y, u: &u, p: &p, z: &z }, &mut f);
         system
     });
     println!(
@@ -101,13 +101,14 @@ fn compilation(model: &str) {
 fn row(
     problem: &str,
     back_end: &str,
-    system: &impl Solved,
-    reference: &Table,
+    system: &impl SolvableSystem,
+    reference: &DataTable,
     with: bool,
     tolerance: f64,
 ) {
     let p: Vec<f64> = system.signature().parameters.iter().map(|x| x.value).collect();
-    let column = Column { name: "w", interpolation: Interpolation::Hold, values: &[0.8, 0.88] };
+    let column =
+        InputColumn { name: "w", interpolation: Interpolation::Hold, values: &[0.8, 0.88] };
     let inputs = Inputs::recorded(&[0.0, 100.0], &[column]).expect("inputs");
     let times: Vec<f64> = (0..=1000).map(f64::from).collect();
     // As for the peers: atol is a hundredth of rtol, relative to the sizes of the unknowns.
@@ -130,7 +131,12 @@ fn row(
 }
 
 /// The largest difference from the reference, relative to a column's largest value.
-fn error(system: &impl Solved, solution: &Solution, reference: &Table, with: bool) -> f64 {
+fn error(
+    system: &impl SolvableSystem,
+    solution: &Solution,
+    reference: &DataTable,
+    with: bool,
+) -> f64 {
     let signature = system.signature();
     let times = reference.time.as_deref().unwrap_or_default();
     let mut worst: f64 = 0.0;
@@ -163,9 +169,9 @@ fn root() -> &'static Path {
     Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/.."))
 }
 
-fn reference(flow: &str) -> Table {
+fn reference(flow: &str) -> DataTable {
     let path = root().join(format!("tests/reference/bench_two_state_{flow}.csv"));
-    read(&path, &mut Sources::default(), &mut Diagnostics::default()).expect("a reference")
+    read(&path, &mut SourceMap::default(), &mut Diagnostics::default()).expect("a reference")
 }
 
 fn program(model: &str, variants: &[(&str, &str)]) -> Program {
@@ -175,11 +181,11 @@ fn program(model: &str, variants: &[(&str, &str)]) -> Program {
     let variants = variants.iter().map(|(variant, choice)| (name(variant), name(choice)));
     let options = ModelOptions { variants: variants.collect(), ..ModelOptions::default() };
     let compiled = compile(
-        Source { name: path.display().to_string(), text },
+        SourceText { name: path.display().to_string(), text },
         &options,
-        &Directions::All,
+        &SensitivityDirections::All,
         &mut |path| std::fs::read_to_string(path).map_err(|error| error.to_string()),
-        &mut Sources::default(),
+        &mut SourceMap::default(),
         &mut Diagnostics::default(),
     );
     compiled.expect("a sound model").program

@@ -4,7 +4,7 @@
 //! riser pressure (Haukanes 2015, 2.31), while the booster flow is stopped and started again. Run
 //! with `cargo run --release --example level_control`.
 
-use dgd_runtime::{Inputs, Options, Point, Problem, System, simulate};
+use dgd_runtime::{EvaluationPoint, Inputs, Options, Problem, System, simulate};
 
 dgd::model!("models/mud_circulation.dgd");
 use mud_circulation::{Inputs as Controls, Model, Outputs, Parameters, Unknowns};
@@ -29,7 +29,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         let u: [f64; 3] = Controls { w_ssp: speed, q_boost, q_tf: 300.0 * lpm }.into();
 
         let mut w = [0.0; 4];
-        Model.outputs(Point { t, y: &y, u: &u, p: &p, z: &[] }, &mut w);
+        Model.outputs(EvaluationPoint { t, y: &y, u: &u, p: &p, z: &[] }, &mut w);
         let Outputs { p_r, .. } = w.into();
         if period % 10 == 0 {
             let (boost, bar) = (q_boost / lpm, p_r / 1e5);

@@ -53,7 +53,7 @@ impl Recording {
 /// An estimated parameter.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[non_exhaustive]
-pub struct Estimated {
+pub struct EstimatedParameter {
     /// Its value, SI.
     pub value: f64,
     /// Its standard deviation, SI; `None` if the data do not determine it, and at a bound.
@@ -73,18 +73,18 @@ impl Fit {
     /// # Errors
     ///
     /// [`Error::NoSuchName`].
-    pub fn get(&self, parameter: &str) -> Result<Estimated, Error> {
+    pub fn get(&self, parameter: &str) -> Result<EstimatedParameter, Error> {
         let estimates = &self.found.estimates;
         let matching = estimates.iter().find(|estimate| estimate.name == parameter);
-        matching.map(|estimate| Estimated { value: estimate.value, std: estimate.std }).ok_or_else(
-            || {
+        matching
+            .map(|estimate| EstimatedParameter { value: estimate.value, std: estimate.std })
+            .ok_or_else(|| {
                 Error::no_such_name(
                     "estimate of",
                     parameter,
                     estimates.iter().map(|estimate| &estimate.name),
                 )
-            },
-        )
+            })
     }
 
     /// All parameters of the model with the estimates substituted, SI, for another [`Problem`](crate::Problem).

@@ -48,14 +48,14 @@ pub use dgd_macros::model;
 pub use dgd_runtime::linearize::{LinearizeError, SteadyStateError};
 pub use dgd_runtime::model::Model as AnyModel;
 pub use dgd_runtime::{
-    Column, Event, InputError, Inputs, IntegrateError, Interpolation, METHODS, Method, OneSided,
-    Options, PerSample, Solved, Statistics, Steps, System, UndefinedCause, UndefinedSensitivity,
-    UnknownMethod, find_method as method,
+    Event, InputColumn, InputError, Inputs, IntegrateError, Interpolation, METHODS, Method,
+    OneSided, Options, PerSample, SolvableSystem, Statistics, Steps, System, UndefinedCause,
+    UndefinedSensitivity, UnknownMethod, find_method as method,
 };
 pub use ensemble::ensemble;
 pub use error::Error;
-pub use fit::{Estimated, Fit, Recording, fit};
-pub use linear::{At, LinearModel, Rows, linearize};
+pub use fit::{EstimatedParameter, Fit, Recording, fit};
+pub use linear::{LinearModel, LinearizationPoint, MatrixRows, linearize};
 pub use problem::{Problem, inputs, sensitivities, simulate};
 pub use solution::Solution;
 

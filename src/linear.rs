@@ -1,14 +1,14 @@
 //! The linear model at a point.
 
-use dgd_runtime::linearize::{Conserved, OperatingPoint, StateSpace, rest};
-use dgd_runtime::{Options, Solved, linearize as at_runtime};
+use dgd_runtime::linearize::{ConservedCombination, OperatingPoint, StateSpace, rest};
+use dgd_runtime::{Options, SolvableSystem, linearize as at_runtime};
 
 use crate::{Error, Problem, Solution};
 
 /// The point of a linearisation.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[non_exhaustive]
-pub enum At {
+pub enum LinearizationPoint {
     /// The point of a run from the first to the second time, s.
     Run {
         /// Start of the run.
@@ -28,13 +28,13 @@ pub struct LinearModel {
     inputs: Vec<String>,
     outputs: Vec<String>,
     found: StateSpace,
-    conserved: Vec<Conserved>,
+    conserved: Vec<ConservedCombination>,
 }
 
 /// Rows of a matrix.
-pub type Rows = Vec<Vec<f64>>;
+pub type MatrixRows = Vec<Vec<f64>>;
 
-fn rows(matrix: &at_runtime::DMatrix<f64>) -> Rows {
+fn rows(matrix: &at_runtime::DMatrix<f64>) -> MatrixRows {
     matrix.row_iter().map(|row| row.iter().copied().collect()).collect()
 }
 
@@ -55,22 +55,22 @@ impl LinearModel {
     }
 
     /// A, n_x × n_x, SI.
-    pub fn a(&self) -> Rows {
+    pub fn a(&self) -> MatrixRows {
         rows(&self.found.a)
     }
 
     /// B, n_x × n_u, SI.
-    pub fn b(&self) -> Rows {
+    pub fn b(&self) -> MatrixRows {
         rows(&self.found.b)
     }
 
     /// C, n_w × n_x, SI.
-    pub fn c(&self) -> Rows {
+    pub fn c(&self) -> MatrixRows {
         rows(&self.found.c)
     }
 
     /// D, n_w × n_u, SI.
-    pub fn d(&self) -> Rows {
+    pub fn d(&self) -> MatrixRows {
         rows(&self.found.d)
     }
 
@@ -90,19 +90,19 @@ impl LinearModel {
 /// # Errors
 ///
 /// [`Error::Length`], [`Error::Run`], [`Error::SteadyState`], [`Error::Linearize`].
-pub fn linearize<M: Solved>(
+pub fn linearize<M: SolvableSystem>(
     problem: &Problem<'_, M>,
-    at: At,
+    at: LinearizationPoint,
     options: &Options,
 ) -> Result<LinearModel, Error> {
     let run = problem.as_run()?;
     let (point, conserved) = match at {
-        At::Run { from, until } => {
+        LinearizationPoint::Run { from, until } => {
             let reached = OperatingPoint::reached(&run, from, until, options)
                 .map_err(|error| Error::Run { error, reached: Box::new(Solution::default()) })?;
             (reached, Vec::new())
         }
-        At::Steady(t) => {
+        LinearizationPoint::Steady(t) => {
             let steady = rest(&run, t, options).map_err(Error::SteadyState)?;
             (steady.at, steady.conserved)
         }

@@ -1,7 +1,7 @@
 //! A model with numbers, and its runs.
 
 use dgd_runtime::{
-    Column, Inputs, Options, Signature, Solved, observe, simulate as run,
+    InputColumn, Inputs, Options, Signature, SolvableSystem, observe, simulate as run,
     simulate_with_sensitivities as run_with_sensitivities,
 };
 
@@ -28,7 +28,7 @@ impl<M> Clone for Problem<'_, M> {
     }
 }
 
-impl<'a, M: Solved> Problem<'a, M> {
+impl<'a, M: SolvableSystem> Problem<'a, M> {
     /// The model with these parameters and inputs, and its own initial values. Parameters are a reference to the
     /// model's `Parameters`, or a slice of all of them in the model's order.
     pub fn new(model: &'a M, parameters: impl Into<Vec<f64>>, inputs: &'a Inputs) -> Self {
@@ -82,7 +82,7 @@ pub(crate) fn verify_parameters(signature: &Signature, found: usize) -> Result<(
 /// # Errors
 ///
 /// [`Error::NoSuchName`], [`Error::MissingInput`], [`Error::Inputs`].
-pub fn inputs<M: Solved>(
+pub fn inputs<M: SolvableSystem>(
     model: &M,
     times: &[f64],
     samples: &[(&str, &[f64])],
@@ -104,7 +104,7 @@ pub fn inputs<M: Solved>(
             .iter()
             .find(|(sampled, _)| *sampled == name)
             .ok_or_else(|| Error::MissingInput { name: name.to_owned() })?;
-        columns.push(Column { name, interpolation: own.interpolation, values });
+        columns.push(InputColumn { name, interpolation: own.interpolation, values });
     }
     Ok(Inputs::recorded(times, &columns)?)
 }
@@ -116,7 +116,7 @@ pub fn inputs<M: Solved>(
 /// # Errors
 ///
 /// [`Error::Length`]; [`Error::Run`] with the solution up to there.
-pub fn simulate<M: Solved>(
+pub fn simulate<M: SolvableSystem>(
     problem: &Problem<'_, M>,
     times: &[f64],
     options: &Options,
@@ -131,7 +131,7 @@ pub fn simulate<M: Solved>(
 /// # Errors
 ///
 /// Those of [`simulate`].
-pub fn sensitivities<M: Solved>(
+pub fn sensitivities<M: SolvableSystem>(
     problem: &Problem<'_, M>,
     times: &[f64],
     options: &Options,
@@ -140,7 +140,7 @@ pub fn sensitivities<M: Solved>(
     ended(&problem_run, run_with_sensitivities(&problem_run, times, options))
 }
 
-fn ended<M: Solved>(
+fn ended<M: SolvableSystem>(
     problem: &dgd_runtime::Problem<'_, M>,
     outcome: Result<dgd_runtime::Solution, dgd_runtime::Failure>,
 ) -> Result<Solution, Error> {

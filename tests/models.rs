@@ -6,10 +6,10 @@ mod support;
 use std::cell::RefCell;
 use std::path::Path;
 
-use dgd_execute::Interpreted;
+use dgd_execute::InterpretedSystem;
 use dgd_runtime::system::{DelayedUnknown, PastLayout};
 use dgd_runtime::taylor::MOST_ORDER;
-use dgd_runtime::{Direction, Pattern, Point, Solved, System, discrete_numbers};
+use dgd_runtime::{Direction, EvaluationPoint, Pattern, SolvableSystem, System, discrete_numbers};
 use support::{
     Noise, bits_of, compiled, every_variant, input_values, interpreted, model_files, native,
 };
@@ -30,7 +30,7 @@ const OFF: f64 = 1.01;
 impl At {
     /// Near the start values, inputs of a few units, parameters near what is declared: zeros and ones
     /// are moved, so that no derivative is tested where a term vanishes by accident.
-    fn near_start(system: &impl Solved, noise: &mut Noise) -> At {
+    fn near_start(system: &impl SolvableSystem, noise: &mut Noise) -> At {
         let signature = system.signature();
         let p: Vec<f64> = signature
             .parameters
@@ -46,7 +46,7 @@ impl At {
         let noise = noise.into_inner();
         let mut y = vec![0.0; signature.unknowns.len()];
         let z = discrete_numbers(system, &p, 0.3);
-        system.start(Point { t: 0.0, y: &[], u: &u, p: &p, z: &z }, &mut y);
+        system.start(EvaluationPoint { t: 0.0, y: &[], u: &u, p: &p, z: &z }, &mut y);
         for (y, unknown) in y.iter_mut().zip(signature.unknowns.iter()) {
             let size = unknown.nominal.unwrap_or(if *y == 0.0 { unknown.unit.factor } else { *y });
             *y += 0.05 * size.abs() * (1.5 + 0.5 * noise.next());
@@ -54,13 +54,13 @@ impl At {
         At { t: 0.3, y, u, p, z }
     }
 
-    fn point(&self) -> Point<'_> {
-        Point { t: self.t, y: &self.y, u: &self.u, p: &self.p, z: &self.z }
+    fn point(&self) -> EvaluationPoint<'_> {
+        EvaluationPoint { t: self.t, y: &self.y, u: &self.u, p: &self.p, z: &self.z }
     }
 }
 
 /// When each delayed unknown is looked up.
-fn looked_up(system: &impl Solved, at: &At) -> Vec<f64> {
+fn looked_up(system: &impl SolvableSystem, at: &At) -> Vec<f64> {
     let signature = system.signature();
     let mut tau = vec![0.0; signature.delays.len()];
     let mut varying = vec![0.0; signature.varying_delays.len()];
@@ -73,7 +73,7 @@ fn looked_up(system: &impl Solved, at: &At) -> Vec<f64> {
 
 /// A place that was moved, with what is known of delayed unknowns moved to where they are looked up
 /// there.
-fn followed(system: &impl Solved, from: &At, mut moved: At) -> At {
+fn followed(system: &impl SolvableSystem, from: &At, mut moved: At) -> At {
     let PastLayout { first, n_v, n_s } = system.signature().past();
     let times = looked_up(system, from).into_iter().zip(looked_up(system, &moved));
     let u = &mut moved.u[first..];
@@ -177,7 +177,7 @@ type Matrix<'a> = (&'a Pattern, &'a [f64]);
 type Moved = fn(&mut At) -> &mut Vec<f64>;
 
 /// Every derivative of a system at a point against differences of what it is the derivative of.
-fn check_derivatives(system: &Interpreted, at: &At, label: &str) {
+fn check_derivatives(system: &InterpretedSystem, at: &At, label: &str) {
     let signature = system.signature().clone();
     let (n, n_w) = (signature.unknowns.len(), signature.outputs.len());
     let (n_u, n_s) = (signature.n_u(), signature.directions.len());
@@ -378,7 +378,7 @@ fn check_derivatives(system: &Interpreted, at: &At, label: &str) {
 }
 
 /// The same place in every mode of every automaton, and with every condition on time switched.
-fn in_every_mode(system: &Interpreted, at: &At) -> Vec<At> {
+fn in_every_mode(system: &InterpretedSystem, at: &At) -> Vec<At> {
     let discrete = &system.signature().discrete;
     let conditions = std::iter::repeat_n(2, discrete.n_time_conditions);
     let sizes = discrete.automata.iter().map(|a| a.modes.len()).chain(conditions);
@@ -399,7 +399,7 @@ fn derivatives_of_every_model_agree_with_differences() {
         for choices in every_variant(&path) {
             let choices: Vec<(&str, &str)> =
                 choices.iter().map(|(v, c)| (v.as_str(), c.as_str())).collect();
-            let system = Interpreted::new(compiled(&path, &choices).program);
+            let system = InterpretedSystem::new(compiled(&path, &choices).program);
             let mut noise = Noise::new(11);
             for _ in 0..3 {
                 let at = At::near_start(&system, &mut noise);
@@ -414,7 +414,7 @@ fn derivatives_of_every_model_agree_with_differences() {
 }
 
 /// Event functions, resets and times of conditions against differences, with `s` as sensitivities.
-fn check_event_derivatives(system: &Interpreted, at: &At, label: &str) {
+fn check_event_derivatives(system: &InterpretedSystem, at: &At, label: &str) {
     let signature = system.signature().clone();
     let discrete = &signature.discrete;
     let (n, n_s) = (signature.unknowns.len(), signature.directions.len());
@@ -502,7 +502,7 @@ fn check_event_derivatives(system: &Interpreted, at: &At, label: &str) {
 }
 
 /// Bits of everything that a system computes at a place.
-fn bits(system: &impl Solved, at: &At) -> Vec<Vec<u64>> {
+fn bits(system: &impl SolvableSystem, at: &At) -> Vec<Vec<u64>> {
     let signature = system.signature();
     let (n, n_w) = (signature.unknowns.len(), signature.outputs.len());
     let (n_s, n_j) = (signature.directions.len(), signature.jacobian.len());
@@ -643,7 +643,7 @@ fn special_places(at: &At) -> Vec<At> {
 }
 
 /// Generated Rust, the interpreter and native code give the same signature and the same bits.
-fn check_agreement(generated: &impl Solved, path: &str, choices: &[(&str, &str)]) {
+fn check_agreement(generated: &impl SolvableSystem, path: &str, choices: &[(&str, &str)]) {
     let interpreted = interpreted(path, choices);
     let native = native(path, choices);
     assert_eq!(generated.signature(), interpreted.signature(), "{path} {choices:?}");

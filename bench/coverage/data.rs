@@ -1,7 +1,7 @@
 //! Problems, their true values, and recordings of them from solutions in closed form.
 
 use dgd_identify::Recording;
-use dgd_runtime::{Column, Inputs, Interpolation};
+use dgd_runtime::{InputColumn, Inputs, Interpolation};
 use rand_pcg::Pcg64;
 use rand_pcg::rand_core::Rng;
 
@@ -141,7 +141,7 @@ fn room(random: &mut Normal) -> Recording {
         measured.push(rise + SIGMA * random.next());
         rise = kept * rise + (1.0 - kept) * gain * heat + strayed * random.next();
     }
-    let column = Column { name: "heat", interpolation: Interpolation::Hold, values: &heat };
+    let column = InputColumn { name: "heat", interpolation: Interpolation::Hold, values: &heat };
     let inputs = Inputs::recorded(&times, &[column]).expect("as many values as times");
     Recording::new(times, inputs, vec![Some(measured)])
 }

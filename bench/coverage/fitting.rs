@@ -2,13 +2,15 @@
 
 use dgd_compiler::diagnostics::Diagnostics;
 use dgd_compiler::model::ModelOptions;
-use dgd_compiler::pipeline::{Directions, compile};
-use dgd_compiler::source::{Source, Sources};
-use dgd_execute::Loaded;
+use dgd_compiler::pipeline::{SensitivityDirections, compile};
+use dgd_compiler::source::{SourceMap, SourceText};
+use dgd_execute::LoadedSystem;
 use dgd_identify::filter::{
-    Level, PredictionErrorProblem, prediction_error, prediction_error_profiles,
+    NoiseLevelSource, PredictionErrorProblem, prediction_error, prediction_error_profiles,
 };
-use dgd_identify::{End, Noise, OutputErrorProblem, Profile, Recording, fit, profiles};
+use dgd_identify::{
+    NoiseSource, OutputErrorProblem, Profile, ProfileEnd, Recording, fit, profiles,
+};
 use dgd_runtime::System;
 
 use super::data::Problem;
@@ -21,25 +23,29 @@ pub(super) struct Held {
 }
 
 /// The model of a problem.
-pub(super) fn system(problem: Problem) -> Loaded {
+pub(super) fn system(problem: Problem) -> LoadedSystem {
     let directions = match problem {
         Problem::Substrate | Problem::Siphon => {
-            Directions::Estimated { free: Vec::new(), fixed: Vec::new() }
+            SensitivityDirections::Estimated { free: Vec::new(), fixed: Vec::new() }
         }
-        Problem::Room => Directions::Tracked { free: Vec::new(), fixed: Vec::new() },
+        Problem::Room => SensitivityDirections::Tracked { free: Vec::new(), fixed: Vec::new() },
     };
     let name = format!("{}.dgd", problem.name());
-    let main = Source { name, text: problem.model().to_owned() };
-    let (mut sources, mut diagnostics) = (Sources::default(), Diagnostics::default());
+    let main = SourceText { name, text: problem.model().to_owned() };
+    let (mut sources, mut diagnostics) = (SourceMap::default(), Diagnostics::default());
     let mut imports = |path: &str| Err(format!("there is no {path}"));
     let options = ModelOptions::default();
     let compiled =
         compile(main, &options, &directions, &mut imports, &mut sources, &mut diagnostics);
-    Loaded::new(compiled.expect("the models of this example have no mistakes").program)
+    LoadedSystem::new(compiled.expect("the models of this example have no mistakes").program)
 }
 
 /// Whether the intervals of a data set hold the truth; nothing where the fit does not converge.
-pub(super) fn held(problem: Problem, system: &Loaded, recording: Recording) -> Option<Vec<Held>> {
+pub(super) fn held(
+    problem: Problem,
+    system: &LoadedSystem,
+    recording: Recording,
+) -> Option<Vec<Held>> {
     let p: Vec<f64> = system.signature().parameters.iter().map(|p| p.value).collect();
     let recordings = [recording];
     let all: Vec<usize> = (0..problem.estimates().len()).collect();
@@ -47,7 +53,7 @@ pub(super) fn held(problem: Problem, system: &Loaded, recording: Recording) -> O
         Problem::Substrate | Problem::Siphon => {
             let sigma = system.signature().outputs[0].noise.expect("noise is declared");
             let problem = OutputErrorProblem {
-                noise: vec![Some(Noise::Known(sigma))],
+                noise: vec![Some(NoiseSource::Known(sigma))],
                 ..OutputErrorProblem::new(system, &p, &recordings)
             };
             let found = fit(&problem).ok().filter(|fit| fit.termination.is_converged())?;
@@ -56,8 +62,8 @@ pub(super) fn held(problem: Problem, system: &Loaded, recording: Recording) -> O
         }
         Problem::Room => {
             let problem = PredictionErrorProblem {
-                rates: vec![Level::Estimated],
-                noise: vec![Some(Level::Estimated)],
+                rates: vec![NoiseLevelSource::Estimated],
+                noise: vec![Some(NoiseLevelSource::Estimated)],
                 ..PredictionErrorProblem::new(system, &p, &recordings)
             };
             let found = prediction_error(&problem).ok()?;
@@ -71,7 +77,7 @@ pub(super) fn held(problem: Problem, system: &Loaded, recording: Recording) -> O
 }
 
 fn of(profile: &Profile, truth: f64) -> Held {
-    let is_closed = |end: End| matches!(end, End::Interval(_));
+    let is_closed = |end: ProfileEnd| matches!(end, ProfileEnd::Interval(_));
     let above = !is_closed(profile.lower) || profile.lower.value() <= truth;
     let below = !is_closed(profile.upper) || truth <= profile.upper.value();
     Held { holds: above && below, is_open: !is_closed(profile.lower) || !is_closed(profile.upper) }

@@ -67,7 +67,7 @@ fn found(case: &Case) -> Result<(Value, BTreeMap<String, String>), String> {
 pub(crate) fn files(case: &Case) -> InMemory {
     let all = case.files().into_iter();
     all.fold(InMemory::default(), |files, (path, text)| {
-        files.with(format!("{FOLDER}/{path}"), text)
+        files.with_file(format!("{FOLDER}/{path}"), text)
     })
 }
 
@@ -119,7 +119,8 @@ fn simulated(
          output value_of_the_change [{unit}] = {parameter}\n"
     );
     let path = |name: &str| format!("{FOLDER}/{name}");
-    let files = files(case).with(path("change.dgd"), text).with(path("reading.dgd"), reading);
+    let files =
+        files(case).with_file(path("change.dgd"), text).with_file(path("reading.dgd"), reading);
     let mut run = RunRequest::new(path("model.dgd"));
     run.data = Some(path("train.csv").into());
     run.solve.start = Start::Measured;

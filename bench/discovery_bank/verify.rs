@@ -13,7 +13,7 @@ const MOST: [f64; 2] = [1.15, 2.0];
 
 /// The reduced chi-square of training and validation with the base model and with the truth, for the terminal.
 pub(crate) fn line(case: &Case) -> String {
-    let files = files(case).with(format!("{FOLDER}/truth.dgd"), case.effect.as_str());
+    let files = files(case).with_file(format!("{FOLDER}/truth.dgd"), case.effect.as_str());
     let base = fitted(case, &files, &[], &[]);
     let shown = |chi: &Result<Fit, String>| match chi {
         Ok(Fit { chi: [train, valid], .. }) => format!("{train:10.2} {valid:10.2}"),

@@ -6,8 +6,8 @@ use std::path::Path;
 use dgd_compiler::codegen;
 use dgd_compiler::diagnostics::{Diagnostics, render};
 use dgd_compiler::model::{ModelOptions, Setting};
-use dgd_compiler::pipeline::{Directions, compile};
-use dgd_compiler::source::{Source, SourceId, Sources, Span};
+use dgd_compiler::pipeline::{SensitivityDirections, compile};
+use dgd_compiler::source::{SourceId, SourceMap, SourceText, Span};
 use dgd_compiler::syntax::ast::Name;
 use dgd_compiler::syntax::imports::verify_import;
 use dgd_compiler::syntax::parse_setting;
@@ -16,20 +16,20 @@ use proc_macro2::TokenStream;
 use quote::{quote, quote_spanned};
 
 use crate::fallback;
-use crate::input::Input;
+use crate::input::MacroInput;
 
 /// The module of the model at `input.path` in `folder`.
-pub(crate) fn expand(input: &Input, folder: &Path) -> TokenStream {
+pub(crate) fn expand(input: &MacroInput, folder: &Path) -> TokenStream {
     let path = input.path.value();
     let text = match read(folder, &path) {
         Ok(text) => text,
         Err(reason) => {
             let message = format!("cannot read `{path}`: {reason}");
-            return failure(input, folder, "", &Sources::default(), &message);
+            return failure(input, folder, "", &SourceMap::default(), &message);
         }
     };
 
-    let mut sources = Sources::default();
+    let mut sources = SourceMap::default();
     let mut diagnostics = Diagnostics::default();
     // The arguments are a source of their own, so that a diagnostic can point into them.
     let options = ModelOptions {
@@ -48,13 +48,13 @@ pub(crate) fn expand(input: &Input, folder: &Path) -> TokenStream {
         ..ModelOptions::default()
     };
     let directions = match &input.sensitivities {
-        None => Directions::All,
-        Some(names) => {
-            Directions::Named(names.iter().map(|name| argument(name, &mut sources)).collect())
-        }
+        None => SensitivityDirections::All,
+        Some(names) => SensitivityDirections::Named(
+            names.iter().map(|name| argument(name, &mut sources)).collect(),
+        ),
     };
     let compiled = compile(
-        Source { name: path.clone(), text: text.clone() },
+        SourceText { name: path.clone(), text: text.clone() },
         &options,
         &directions,
         &mut |path| read(folder, path),
@@ -62,7 +62,7 @@ pub(crate) fn expand(input: &Input, folder: &Path) -> TokenStream {
         &mut diagnostics,
     );
     let Ok(compiled) = compiled else {
-        let shown = render::render(&diagnostics.sorted(), &sources, render::Style::Plain);
+        let shown = render::render(&diagnostics.sorted(), &sources, render::RenderStyle::Plain);
         let message = format!("`{path}` cannot be compiled\n\n{}", shown.trim_end());
         return failure(input, folder, &text, &sources, &message);
     };
@@ -74,11 +74,11 @@ pub(crate) fn expand(input: &Input, folder: &Path) -> TokenStream {
 }
 
 /// An argument of the macro as a name with its own span.
-fn argument(name: &str, sources: &mut Sources) -> Name {
+fn argument(name: &str, sources: &mut SourceMap) -> Name {
     let text = name.to_owned();
     let end = u32::try_from(text.len()).unwrap_or(u32::MAX);
     let source: SourceId =
-        sources.add(Source { name: "dgd::model!".to_owned(), text: text.clone() });
+        sources.add(SourceText { name: "dgd::model!".to_owned(), text: text.clone() });
     Name { text, span: Span { source, start: 0, end } }
 }
 
@@ -86,11 +86,11 @@ fn argument(name: &str, sources: &mut Sources) -> Name {
 fn size(
     name: &str,
     number: &str,
-    sources: &mut Sources,
+    sources: &mut SourceMap,
     diagnostics: &mut Diagnostics,
 ) -> Option<Setting> {
     let text = format!("{name} = {number}");
-    let source = sources.add(Source { name: "dgd::model!".to_owned(), text });
+    let source = sources.add(SourceText { name: "dgd::model!".to_owned(), text });
     let (name, value) = parse_setting(source, sources, diagnostics).ok()?;
     Some(Setting { name, value })
 }
@@ -111,10 +111,10 @@ fn read(folder: &Path, path: &str) -> Result<String, String> {
 
 /// One error with the rendered diagnostics, and a stub so that no further errors follow.
 fn failure(
-    input: &Input,
+    input: &MacroInput,
     folder: &Path,
     text: &str,
-    sources: &Sources,
+    sources: &SourceMap,
     message: &str,
 ) -> TokenStream {
     let span = input.path.span();
@@ -125,7 +125,7 @@ fn failure(
 }
 
 /// Makes cargo rebuild when one of the files changes.
-fn track(folder: &Path, sources: &Sources) -> TokenStream {
+fn track(folder: &Path, sources: &SourceMap) -> TokenStream {
     let files = sources
         .iter()
         .map(|source| folder.join(&source.name))

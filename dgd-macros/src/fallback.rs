@@ -5,27 +5,28 @@ use std::path::Path;
 
 use dgd_compiler::codegen;
 use dgd_compiler::dae::assemble;
-use dgd_compiler::diagnostics::{Diagnostics, Reported};
+use dgd_compiler::diagnostics::{Diagnostics, ErrorReported};
 use dgd_compiler::model::{ModelOptions, resolve};
 use dgd_compiler::parts;
-use dgd_compiler::pipeline::{Read, load};
+use dgd_compiler::pipeline::{ReadImport, load};
 use dgd_compiler::program::{Direction, lower};
-use dgd_compiler::source::{Source, SourceId, Sources, Span};
+use dgd_compiler::source::{SourceId, SourceMap, SourceText, Span};
 use dgd_compiler::syntax::ast::{
-    ArrayKind, Ast, Axis, Counter, Expr, ExprKind, Header, Item, ItemKind, Name, UnknownKind,
+    ArrayAxis, ArrayKind, Ast, Expr, ExprKind, Item, ItemKind, LoopCounter, ModelHeader, Name,
+    UnknownKind,
 };
 use dgd_compiler::syntax::parse_what_is_sound;
 use proc_macro2::TokenStream;
 
-use crate::input::Input;
+use crate::input::MacroInput;
 
 /// A module with the names that user code reads, so that rustc reports the model's own error rather than missing names.
 ///
 /// It is generated from a valid model with the same names, whose unknowns are constant, and so has every type and
 /// function of the real one.
-pub(crate) fn stub(input: &Input, text: &str, read: &mut Read<'_>) -> TokenStream {
-    let mut sources = Sources::default();
-    let main = Source { name: input.path.value(), text: text.to_owned() };
+pub(crate) fn stub(input: &MacroInput, text: &str, read: &mut ReadImport<'_>) -> TokenStream {
+    let mut sources = SourceMap::default();
+    let main = SourceText { name: input.path.value(), text: text.to_owned() };
     let ast = with_parts(main.clone(), read, &mut sources).unwrap_or_else(|| {
         let source = sources.add(main);
         parse_what_is_sound(source, &sources)
@@ -45,7 +46,7 @@ pub(crate) fn stub(input: &Input, text: &str, read: &mut Read<'_>) -> TokenStrea
 }
 
 /// The model with the contents of its parts, if the files can be read.
-fn with_parts(main: Source, read: &mut Read<'_>, sources: &mut Sources) -> Option<Ast> {
+fn with_parts(main: SourceText, read: &mut ReadImport<'_>, sources: &mut SourceMap) -> Option<Ast> {
     let mut diagnostics = Diagnostics::default();
     let asts = load(main, read, sources, &mut diagnostics).ok()?;
     let expanded = parts::expand(&asts, &mut diagnostics).ok()?;
@@ -61,7 +62,7 @@ fn stem(path: &str) -> String {
     }
 }
 
-fn generated(ast: &Ast, module: &str, sources: &Sources) -> Result<TokenStream, Reported> {
+fn generated(ast: &Ast, module: &str, sources: &SourceMap) -> Result<TokenStream, ErrorReported> {
     let mut diagnostics = Diagnostics::default();
     let model = resolve(std::slice::from_ref(ast), &ModelOptions::default(), &mut diagnostics)?;
     let dae = assemble(&model, &mut diagnostics)?;
@@ -78,7 +79,7 @@ fn still(ast: &Ast, with_arrays: bool) -> Ast {
         with_arrays,
     };
     still.take(&ast.items);
-    let model = Header { doc: Vec::new(), name: name("model") };
+    let model = ModelHeader { doc: Vec::new(), name: name("model") };
     Ast {
         source: ast.source,
         model: Some(model),
@@ -193,15 +194,15 @@ impl<'a> Still<'a> {
     }
 
     /// `state x[1..N] = 0` and `for i in 1..N { equation x[i]: der(x[i]) = 0 }`
-    fn array(&mut self, array: &Name, axes: &[Axis]) {
+    fn array(&mut self, array: &Name, axes: &[ArrayAxis]) {
         let mut element = expr(ExprKind::Name(array.text.clone()));
         let mut counters = Vec::new();
-        for (k, Axis { range, .. }) in axes.iter().enumerate() {
+        for (k, ArrayAxis { range, .. }) in axes.iter().enumerate() {
             // Names of models cannot begin with an underscore.
             let index = name(&format!("_i{k}"));
             let at = Box::new(expr(ExprKind::Name(index.text.clone())));
             element = expr(ExprKind::Element(Box::new(element), at));
-            counters.push(Counter { index, range: range.clone() });
+            counters.push(LoopCounter { index, range: range.clone() });
         }
         let arguments = vec![element];
         let left = expr(ExprKind::Call { function: name("der"), arguments });
@@ -216,8 +217,14 @@ impl<'a> Still<'a> {
         self.vector(ArrayKind::State, array, axes, None);
     }
 
-    fn vector(&mut self, declared: ArrayKind, name: &Name, axes: &[Axis], start: Option<Expr>) {
-        let plain = |axis: &Axis| Axis { index: None, range: axis.range.clone() };
+    fn vector(
+        &mut self,
+        declared: ArrayKind,
+        name: &Name,
+        axes: &[ArrayAxis],
+        start: Option<Expr>,
+    ) {
+        let plain = |axis: &ArrayAxis| ArrayAxis { index: None, range: axis.range.clone() };
         self.push(ItemKind::Array {
             declared,
             name: name.clone(),

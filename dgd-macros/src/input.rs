@@ -8,7 +8,7 @@ use syn::token::Bracket;
 use syn::{Ident, LitInt, LitStr, Token, bracketed};
 
 /// The arguments of `dgd::model!`.
-pub(crate) struct Input {
+pub(crate) struct MacroInput {
     /// Path of the file, relative to the crate's manifest.
     pub(crate) path: LitStr,
     /// `variant = choice`.
@@ -21,9 +21,9 @@ pub(crate) struct Input {
     pub(crate) module: Option<Ident>,
 }
 
-impl Parse for Input {
+impl Parse for MacroInput {
     fn parse(input: ParseStream<'_>) -> syn::Result<Self> {
-        let mut parsed = Input {
+        let mut parsed = MacroInput {
             path: input.parse()?,
             variants: Vec::new(),
             sizes: Vec::new(),

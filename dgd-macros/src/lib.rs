@@ -35,14 +35,14 @@ use std::path::{Path, PathBuf};
 /// fields that could be read but without physics, so that no errors about its uses follow.
 #[proc_macro]
 pub fn model(input: proc_macro::TokenStream) -> proc_macro::TokenStream {
-    match syn::parse::<input::Input>(input) {
+    match syn::parse::<input::MacroInput>(input) {
         Ok(input) => expand::expand(&input, &folder(&input)).into(),
         Err(error) => error.to_compile_error().into(),
     }
 }
 
 /// The folder to which the path is relative.
-fn folder(input: &input::Input) -> PathBuf {
+fn folder(input: &input::MacroInput) -> PathBuf {
     let path = input.path.value();
     let beside = path.starts_with("./") || path.starts_with("../");
     // An editor's analysis may not know the file.

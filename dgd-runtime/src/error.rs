@@ -5,8 +5,8 @@ use std::fmt;
 use dgd_signature::number::short;
 
 use crate::algebraic::domain::DomainEnd;
-use crate::algebraic::readings::{Reading, With};
-use crate::codegen::taylor::NoTaylor;
+use crate::algebraic::readings::{ReadValue, WithReadings};
+use crate::codegen::taylor::NoTaylorSeries;
 use crate::integrate::fixed_step::PerSampleError;
 use crate::signal::InputError;
 use crate::solution::Solution;
@@ -66,7 +66,7 @@ pub enum IntegrateError {
         /// The evaluation that is not finite.
         what: Evaluation,
         /// Its operands, with the values at the end of the last accepted step.
-        values: Vec<Reading>,
+        values: Vec<ReadValue>,
         /// Where its values end nearby.
         end: Option<Box<DomainEnd>>,
     },
@@ -111,7 +111,7 @@ pub enum IntegrateError {
         /// Which argument has left which table.
         what: String,
     },
-    /// The caller asked it to stop ([`Watched::stop`](crate::Watched::stop)).
+    /// The caller asked it to stop ([`RunMonitor::stop`](crate::RunMonitor::stop)).
     Stopped {
         /// Time reached, s.
         t: f64,
@@ -148,7 +148,7 @@ pub enum IntegrateError {
         /// The method.
         method: &'static str,
         /// Why.
-        why: NoTaylor,
+        why: NoTaylorSeries,
     },
     /// The method uses Taylor series, which rely on an input being held between samples as the model declares; the
     /// given input is not held.
@@ -309,7 +309,7 @@ pub enum InitialError {
         /// The time, s.
         t: f64,
         /// Its operands; only the culprits, if they are known.
-        at: Vec<Reading>,
+        at: Vec<ReadValue>,
     },
     /// The algebraic equations do not determine the algebraic unknowns.
     Singular {
@@ -322,7 +322,7 @@ pub enum InitialError {
         /// Equations that must be solved together with it.
         together: Vec<String>,
         /// Its operands.
-        at: Vec<Reading>,
+        at: Vec<ReadValue>,
     },
     /// Newton's method does not converge.
     NotConverged {
@@ -339,14 +339,14 @@ pub enum InitialError {
         /// Its last correction, SI.
         correction: f64,
         /// The operands of the equation.
-        at: Vec<Reading>,
+        at: Vec<ReadValue>,
     },
 }
 
 /// A count and its noun.
-struct Counted(usize, &'static str);
+struct CountedNoun(usize, &'static str);
 
-impl fmt::Display for Counted {
+impl fmt::Display for CountedNoun {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Self(count, thing) = self;
         write!(f, "{count} {thing}{}", if *count == 1 { "" } else { "s" })
@@ -402,7 +402,7 @@ impl fmt::Display for IntegrateError {
                     Evaluation::Derivative => write!(f, "a derivative of equation `{equation}`")?,
                 }
                 write!(f, " is not finite at t = {t} s; it determines `{unknown}`")?;
-                write!(f, "{}", With(values))?;
+                write!(f, "{}", WithReadings(values))?;
                 end.iter().try_for_each(|end| write!(f, "; {end}"))
             }
             Self::EndlessEvents { t, automaton, transitions } => write!(
@@ -480,23 +480,23 @@ impl fmt::Display for BadRequest {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::ParameterCount { model, expected, given } => {
-                let has = Counted(*expected, "parameter");
+                let has = CountedNoun(*expected, "parameter");
                 write!(f, "`{model}` has {has}, and the problem gives {given}")
             }
             Self::InputCount { model, expected, given } => {
-                let has = Counted(*expected, "input");
+                let has = CountedNoun(*expected, "input");
                 write!(f, "`{model}` has {has}, and the problem gives {given}")
             }
             Self::StartOfNoUnknown { model, unknowns, position } => write!(
                 f,
                 "`{model}` has {}, and a start value is given for number {}",
-                Counted(*unknowns, "unknown"),
+                CountedNoun(*unknowns, "unknown"),
                 position + 1
             ),
             Self::ChosenNoUnknown { model, unknowns, position } => write!(
                 f,
                 "`{model}` has {}, and number {} is to be kept",
-                Counted(*unknowns, "unknown"),
+                CountedNoun(*unknowns, "unknown"),
                 position + 1
             ),
             Self::Tolerance { name, value } => {
@@ -548,7 +548,7 @@ impl fmt::Display for InitialError {
                 f,
                 "equation `{equation}` or its derivative is not finite at the start values, \
                  t = {t} s{}",
-                With(at)
+                WithReadings(at)
             ),
             Self::Singular { equation, t, residual, together, at } => {
                 write!(
@@ -560,7 +560,7 @@ impl fmt::Display for InitialError {
                     write!(f, "{} `{other}`", if k == 0 { " together with" } else { "," })?;
                 }
                 let verb = if together.is_empty() { "leaves" } else { "leave" };
-                write!(f, " {verb} the algebraic unknowns undetermined{}", With(at))
+                write!(f, " {verb} the algebraic unknowns undetermined{}", WithReadings(at))
             }
             Self::NotConverged { t, iterations, equation, residual, unknown, correction, at } => {
                 write!(
@@ -569,7 +569,7 @@ impl fmt::Display for InitialError {
                      `{equation}` has residual {}, and `{unknown}` still moves by {}{}",
                     short(*residual, 3),
                     short(*correction, 3),
-                    With(at)
+                    WithReadings(at)
                 )
             }
         }

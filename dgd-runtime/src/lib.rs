@@ -32,7 +32,7 @@ pub mod solved;
 pub mod system;
 
 pub use algebraic::domain::DomainEnd;
-pub use algebraic::readings::Reading;
+pub use algebraic::readings::ReadValue;
 pub use codegen::{math, taylor};
 pub use dgd_signature as signature;
 pub use dgd_signature::special;
@@ -49,22 +49,22 @@ pub use integrate::fixed_step::{
     PerSample, PerSampleChoice, PerSampleError, Steps, choose_per_sample,
 };
 pub use integrate::start::consistent::{ConsistentStart, consistent_start};
-pub use integrate::start::dependent::{Dependent, dependent_equations};
+pub use integrate::start::dependent::{DependentEquations, dependent_equations};
 pub use integrate::start::measured::{MeasuredStartError, start_from_outputs};
-pub use integrate::watched::Watched;
+pub use integrate::watched::RunMonitor;
 pub use integrate::{simulate, simulate_chosen, simulate_observed, simulate_with_sensitivities};
 #[doc(hidden)]
 pub use model::for_identify;
 pub use observe::{Observations, observe};
-pub use problem::{Before, Options, Problem, Wanted};
-pub use signal::{Column, Delayed, InputError, Inputs, Segment, Side};
+pub use problem::{Options, PriorState, Problem, WantedResults};
+pub use signal::{Delayed, InputColumn, InputError, Inputs, LimitSide, Segment};
 pub use solution::{
-    Event, Fold, Jump, JumpCause, LateValues, OneSided, Solution, Statistics, UndefinedCause,
-    UndefinedSensitivity, side,
+    DelayedOutputValues, Event, Fold, Jump, JumpCause, OneSided, Solution, Statistics,
+    UndefinedCause, UndefinedSensitivity, side,
 };
-pub use solved::Solved;
+pub use solved::SolvableSystem;
 pub use system::{
-    Automaton, AutomatonKind, Clock, Crossing, DelayedInput, Direction, Discrete, Features, Input,
-    Interpolation, List, Output, Parameter, Pattern, Point, Signature, Storage, System, Text,
-    Transition, Unit, Unknown,
+    Automaton, AutomatonKind, Clock, Crossing, DelayedInput, Direction, Discrete, EvaluationPoint,
+    Features, Input, Interpolation, List, Output, Parameter, Pattern, Signature, Storage, System,
+    Text, Transition, Unit, Unknown,
 };

@@ -7,11 +7,11 @@ use crate::discrete::state_selection::share_sizes;
 use crate::error::BadRequest;
 use crate::integrate::catalogue::{self, Method};
 use crate::integrate::fixed_step::Steps;
-use crate::integrate::watched::Watched;
-use crate::integrate::{Memory, Past};
+use crate::integrate::watched::RunMonitor;
+use crate::integrate::{PastSolution, RunMemory};
 use crate::observe::delay::delays;
 use crate::signal::{Delayed, InputError, Inputs};
-use crate::system::{Direction, Point, System};
+use crate::system::{Direction, EvaluationPoint, System};
 
 /// A model with its parameters, inputs and start values.
 #[derive(Debug)]
@@ -63,7 +63,7 @@ impl<S: System> Problem<'_, S> {
 
     /// dy₀/dθ, n × n_s by columns, before anything is solved for: as the model's start values depend on parameters. One
     /// that is itself a direction depends on that as well, and one that [`start`](Self::start) replaces on nothing else.
-    pub fn start_sensitivities(&self, at: Point<'_>, s: &mut [f64]) {
+    pub fn start_sensitivities(&self, at: EvaluationPoint<'_>, s: &mut [f64]) {
         self.system.start_sensitivities(at, s);
         let signature = self.system.signature();
         let n = signature.unknowns.len().max(1);
@@ -77,7 +77,7 @@ impl<S: System> Problem<'_, S> {
         }
     }
 
-    /// Inputs as the model reads them: u of [`Point`](crate::Point), delayed inputs included. The past of delayed
+    /// Inputs as the model reads them: u of [`EvaluationPoint`](crate::Point), delayed inputs included. The past of delayed
     /// unknowns is zero, so that they are read without delay.
     ///
     /// # Errors
@@ -98,16 +98,16 @@ impl<S: System> Problem<'_, S> {
         }
         let tau = delays(self);
         let mut delayed = Vec::with_capacity(signature.delayed_inputs.len());
-        for late in signature.delayed_inputs.iter() {
-            let value = tau[late.delay];
+        for entry in signature.delayed_inputs.iter() {
+            let value = tau[entry.delay];
             if !(value.is_finite() && value >= 0.0) {
                 return Err(InputError::Delay {
-                    input: signature.inputs[late.input].name.to_string(),
-                    delay: signature.delays[late.delay].to_string(),
+                    input: signature.inputs[entry.input].name.to_string(),
+                    delay: signature.delays[entry.delay].to_string(),
                     value,
                 });
             }
-            delayed.push(Delayed { input: late.input, tau: value });
+            delayed.push(Delayed { input: entry.input, tau: value });
         }
         let inputs = self.inputs.with_delayed(&delayed);
         Ok(Cow::Owned(if past == 0 { inputs } else { inputs.widened(past) }))
@@ -136,7 +136,7 @@ impl<S: System> Problem<'_, S> {
 
 /// The results requested from a run.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Wanted<'a> {
+pub enum WantedResults<'a> {
     /// Only the unknowns.
     Unknowns,
     /// The unknowns, and the past of delayed ones ([`Solution::past`](crate::Solution::past)) even if no output reads
@@ -151,44 +151,44 @@ pub enum Wanted<'a> {
     /// The unknowns of a run that can be continued ([`Solution::memory`](crate::Solution::memory)) and may itself
     /// continue another: the problem then has start values for all unknowns, and the run begins where the other one
     /// ended. No output has a delay.
-    Resumed(Before<'a>),
-    /// [`Wanted::Resumed`] with sensitivities.
-    ResumedSensitivities(Before<'a>),
+    Resumed(PriorState<'a>),
+    /// [`WantedResults::Resumed`] with sensitivities.
+    ResumedSensitivities(PriorState<'a>),
 }
 
 /// The state that a run continues from, except for its unknowns.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
-pub struct Before<'a> {
+pub struct PriorState<'a> {
     /// The memory of the previous run; `None` for the first one.
-    pub memory: Option<&'a Memory>,
+    pub memory: Option<&'a RunMemory>,
     /// The past of delayed unknowns.
-    pub past: Option<&'a Past>,
+    pub past: Option<&'a PastSolution>,
 }
 
-impl<'a> Wanted<'a> {
+impl<'a> WantedResults<'a> {
     /// The unknowns to keep, if not all.
     pub(crate) fn chosen(self) -> Option<&'a [usize]> {
         match self {
-            Wanted::Chosen(chosen) | Wanted::Observed(chosen) => Some(chosen),
+            WantedResults::Chosen(chosen) | WantedResults::Observed(chosen) => Some(chosen),
             _ => None,
         }
     }
 
     pub(crate) fn with_sensitivities(self) -> bool {
-        matches!(self, Wanted::Sensitivities | Wanted::ResumedSensitivities(_))
+        matches!(self, WantedResults::Sensitivities | WantedResults::ResumedSensitivities(_))
     }
 
     /// The state that the run continues from.
-    pub(crate) fn resumed(self) -> Before<'a> {
+    pub(crate) fn resumed(self) -> PriorState<'a> {
         match self {
-            Wanted::Resumed(before) | Wanted::ResumedSensitivities(before) => before,
-            _ => Before::default(),
+            WantedResults::Resumed(before) | WantedResults::ResumedSensitivities(before) => before,
+            _ => PriorState::default(),
         }
     }
 
     /// Whether another run is to continue this one.
     pub(crate) fn is_remembered(self) -> bool {
-        matches!(self, Wanted::Resumed(_) | Wanted::ResumedSensitivities(_))
+        matches!(self, WantedResults::Resumed(_) | WantedResults::ResumedSensitivities(_))
     }
 }
 
@@ -209,7 +209,7 @@ pub struct Options {
     /// Initial step size, s; `None` chooses it from the equations.
     pub initial_step: Option<f64>,
     /// Receives progress, and may stop the run.
-    pub watched: Option<&'static Watched>,
+    pub watched: Option<&'static RunMonitor>,
 }
 
 /// Leaves out `watched`: digests of options identify results, which do not depend on it.

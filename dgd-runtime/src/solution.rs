@@ -4,8 +4,8 @@ use std::fmt;
 
 use dgd_signature::number::{short, with_unit};
 
-use crate::integrate::Memory;
-use crate::signal::Side;
+use crate::integrate::RunMemory;
+use crate::signal::LimitSide;
 use crate::system::{Signature, Text, Unit};
 
 /// Values at the requested times.
@@ -26,7 +26,7 @@ pub struct Solution {
     /// they are undefined.
     pub s: Vec<f64>,
     /// Values at the delayed times of outputs, one entry for each delay that an output has.
-    pub late: Vec<LateValues>,
+    pub delayed_outputs: Vec<DelayedOutputValues>,
     /// Number of discrete numbers n_z; 0 without modes and conditions on time.
     pub n_z: usize,
     /// Discrete numbers, n_z per time: modes, then conditions on time.
@@ -45,15 +45,15 @@ pub struct Solution {
     pub undefined: Vec<UndefinedSensitivity>,
     /// Thresholds on which the run began, so that sensitivities are one-sided.
     pub one_sided: Vec<OneSided>,
-    /// State for continuing this run; only of a resumable run ([`Wanted::Resumed`](crate::Wanted)).
-    pub memory: Option<Memory>,
+    /// State for continuing this run; only of a resumable run ([`WantedResults::Resumed`](crate::Wanted)).
+    pub memory: Option<RunMemory>,
     /// Counts of the work done.
     pub statistics: Statistics,
 }
 
 /// Values at the times t − τ, for each requested time t.
 #[derive(Debug, Clone, PartialEq)]
-pub struct LateValues {
+pub struct DelayedOutputValues {
     /// Position among the model's delays.
     pub delay: usize,
     /// τ, s.
@@ -306,7 +306,7 @@ impl Solution {
             y: Vec::new(),
             w: Vec::new(),
             s: Vec::new(),
-            late: Vec::new(),
+            delayed_outputs: Vec::new(),
             n_z: signature.discrete.len(),
             z: Vec::new(),
             n_past: 0,
@@ -336,7 +336,7 @@ impl Solution {
     }
 
     /// Which limit the values at the k-th time represent.
-    pub fn side(&self, k: usize) -> Side {
+    pub fn side(&self, k: usize) -> LimitSide {
         side(&self.times, k)
     }
 }
@@ -346,10 +346,10 @@ impl Solution {
 /// A time that occurs twice means just before and just after a jump of the inputs or an event. One that occurs once
 /// means just after, at the end too: a row of a recording holds the inputs that apply from there on. At the start only
 /// just after exists. A time that occurs more than twice belongs to replicates, and means just after.
-pub fn side(times: &[f64], k: usize) -> Side {
+pub fn side(times: &[f64], k: usize) -> LimitSide {
     let t = times[k];
     let is_first_of_two = times.get(k + 1) == Some(&t)
         && times.get(k + 2) != Some(&t)
         && (k == 0 || times[k - 1] != t);
-    if t > times[0] && is_first_of_two { Side::Left } else { Side::Right }
+    if t > times[0] && is_first_of_two { LimitSide::Left } else { LimitSide::Right }
 }

@@ -3,12 +3,12 @@
 use crate::ensemble::lanes::{self, LanePoint, Lanes};
 use crate::error::{Failure, InitialError};
 use crate::linalg::Factorisation;
-use crate::problem::{Options, Problem, Wanted};
+use crate::problem::{Options, Problem, WantedResults};
 use crate::solution::Solution;
 use crate::system::System;
 
 /// A [`System`] that the solvers of this crate accept.
-pub trait Solved: System {
+pub trait SolvableSystem: System {
     /// The factorisation of W = M c − ∂f/∂y.
     type Factorisation: Factorisation;
 
@@ -24,7 +24,7 @@ pub trait Solved: System {
         problem: &Problem<'_, Self>,
         times: &[f64],
         options: &Options,
-        wanted: Wanted<'_>,
+        wanted: WantedResults<'_>,
     ) -> Result<Solution, Failure>
     where
         Self: Sized;

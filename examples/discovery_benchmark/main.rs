@@ -39,7 +39,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::Instant;
 
 use cases::{Case, cases};
-use dgd_discover::{Discovery, Ranked, Verdict};
+use dgd_discover::{Discovery, RankedStructure, Verdict};
 use drilling_rig::{Pair, random, record};
 use examined::{Examined, Samples, Texts};
 use nulls::{Noise, Said};
@@ -145,8 +145,8 @@ fn run(examined: &Examined, case: &Case, pair: &Pair, repeated: bool) -> (Score,
 
 /// The reason of a verdict, and the structures that were tried.
 fn account(found: &Discovery) -> String {
-    let line = |ranked: &Ranked| {
-        let Ranked { effects, train, valid, bic, note } = ranked;
+    let line = |ranked: &RankedStructure| {
+        let RankedStructure { effects, train, valid, bic, note } = ranked;
         let valid = valid.map_or_else(|| "-".to_owned(), |valid| format!("{valid:.3}"));
         format!("{train:10.3} {valid:>10} {bic:14.1}  {}  {note}", effects.join(" + "))
     };

@@ -142,7 +142,7 @@ impl Score {
 fn gap(case: &Case, found: &Discovery) -> f64 {
     let Noise { p_r, p_in, p_out, q_ssp } = case.scenario.noise;
     let rough = case.scenario.roughness;
-    let ratio = |gap: &dgd_discover::Gap| {
+    let ratio = |gap: &dgd_discover::OutputGap| {
         let (white, step) = match gap.output.as_str() {
             "p_r" => (p_r, rough.steps.map_or(0.0, |[step, _]| step * 1e5)),
             "p_in" => (p_in, rough.steps.map_or(0.0, |[step, _]| step * 1e5)),

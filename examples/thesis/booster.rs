@@ -1,6 +1,6 @@
 //! Section 3.7: U-tubing in the booster line.
 
-use dgd_plot::{Meaning, Series};
+use dgd_plot::{PlotSeries, SeriesMeaning};
 
 use crate::chapters::Fallible;
 use crate::claims::claim;
@@ -105,8 +105,8 @@ impl Stop {
         ];
         let q_ssp = measured("q_ssp", t, per(riser.field.column("q_ssp"), LPM));
         let of = |place, name: &str| input(place, name, t, per(riser.field.column(name), LPM));
-        let not_counted = Series {
-            meaning: Meaning::Variant(1),
+        let not_counted = PlotSeries {
+            meaning: SeriesMeaning::Variant(1),
             ..computed("missing, 3.10", t, per(&missing, LPM))
         };
         let mut panels = riser.panels(&[("without U-tubing", none)], false)?;

@@ -1,6 +1,6 @@
 //! Section 2.4: the curves of a pump, and where they meet that of its system.
 
-use dgd_plot::{Label, Meaning, Series, Style, Text};
+use dgd_plot::{MathText, PlotSeries, PointLabel, SeriesMeaning, SeriesStyle};
 
 use crate::chapters::Fallible;
 use crate::claims::claim;
@@ -68,22 +68,26 @@ impl Curves {
 pub(crate) fn draw(settings: &[(&str, f64)]) -> Fallible<Section> {
     let curves = Curves::simulated(settings)?;
     let flows = per(&curves.flows, LPM);
-    let mut pump = Series { name: Text::plain("pump"), ..Series::default() };
+    let mut pump = PlotSeries { name: MathText::plain("pump"), ..PlotSeries::default() };
     for (i, head) in curves.heads.iter().enumerate() {
         pump.x.extend(flows.iter().copied().chain([f64::NAN]));
         pump.y.extend(head.iter().copied().chain([f64::NAN]));
         let (x, y) = (flows[ROWS], head[ROWS]);
-        pump.labels.push(Label { x, y, text: Text::plain(&format!("{} rpm", 1000 + 200 * i)) });
+        pump.labels.push(PointLabel {
+            x,
+            y,
+            text: MathText::plain(&format!("{} rpm", 1000 + 200 * i)),
+        });
     }
-    let system = Series {
-        meaning: Meaning::Variant(1),
+    let system = PlotSeries {
+        meaning: SeriesMeaning::Variant(1),
         ..computed("system", &flows, curves.system.clone())
     };
-    let points = Series {
-        meaning: Meaning::Variant(2),
-        ..Series::new(
-            Text::plain("operating points"),
-            Style::Marks,
+    let points = PlotSeries {
+        meaning: SeriesMeaning::Variant(2),
+        ..PlotSeries::new(
+            MathText::plain("operating points"),
+            SeriesStyle::Marks,
             curves.points.iter().map(|(q, _)| q / LPM).collect(),
             curves.points.iter().map(|(_, h)| *h).collect(),
         )

@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use dgd_compiler::diagnostics::{Diagnostics, render};
-use dgd_compiler::source::Sources;
+use dgd_compiler::source::SourceMap;
 use dgd_data::read;
 
 use crate::chapters::Fallible;
@@ -36,9 +36,10 @@ impl Field {
     pub(crate) fn read(name: &str) -> Fallible<Field> {
         let file = Path::new(env!("CARGO_MANIFEST_DIR"))
             .join(format!("examples/data/field/{name}.csv.gz"));
-        let (mut sources, mut diagnostics) = (Sources::default(), Diagnostics::default());
-        let table = read(&file, &mut sources, &mut diagnostics)
-            .map_err(|_| render::render(&diagnostics.sorted(), &sources, render::Style::Plain))?;
+        let (mut sources, mut diagnostics) = (SourceMap::default(), Diagnostics::default());
+        let table = read(&file, &mut sources, &mut diagnostics).map_err(|_| {
+            render::render(&diagnostics.sorted(), &sources, render::RenderStyle::Plain)
+        })?;
         let times = table.time.ok_or("a recording has times")?;
         let columns = table.columns.into_iter().map(|column| {
             let unit = column.unit.ok_or_else(|| format!("`{}` has no unit", column.name))?;

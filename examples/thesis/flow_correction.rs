@@ -1,7 +1,7 @@
 //! Section 3.6: the return flow meter's factor, from the riser's level alone.
 
 use dgd_identify::regression::{
-    FollowOptions, Followed, Forgetting, Normalisation, RegressionProblem, follow,
+    FollowOptions, Forgetting, Normalisation, ParameterPath, RegressionProblem, follow,
 };
 
 use crate::chapters::Fallible;
@@ -18,7 +18,7 @@ pub(crate) fn followed(
     filter: f64,
     start_variance: f64,
     rate: f64,
-) -> Fallible<Followed> {
+) -> Fallible<ParameterPath> {
     let recordings = [recording];
     let problem = RegressionProblem::new(&model.system, &model.p, &recordings);
     let forgetting = Forgetting { rate, limit: f64::INFINITY, normalisation: Normalisation::None };

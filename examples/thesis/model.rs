@@ -3,22 +3,24 @@
 use std::path::Path;
 
 use dgd_compiler::diagnostics::{Diagnostics, render};
-use dgd_compiler::effects::{Application, Blending, Effect, apply};
+use dgd_compiler::effects::{Effect, EffectApplication, EffectBlending, apply};
 use dgd_compiler::model::ModelOptions;
-use dgd_compiler::pipeline::{Directions, compile_asts, load};
-use dgd_compiler::source::{Source, Sources, Span};
+use dgd_compiler::pipeline::{SensitivityDirections, compile_asts, load};
+use dgd_compiler::source::{SourceMap, SourceText, Span};
 use dgd_compiler::syntax::ast::Name;
 use dgd_compiler::syntax::parse;
-use dgd_execute::Loaded;
+use dgd_execute::LoadedSystem;
 use dgd_identify::Recording;
-use dgd_runtime::{Column, Inputs, Observations, Options, Problem, Signature, Solution, System};
+use dgd_runtime::{
+    InputColumn, Inputs, Observations, Options, Problem, Signature, Solution, System,
+};
 use dgd_runtime::{observe, simulate};
 
 use crate::chapters::Fallible;
 
 /// A compiled model with values of its parameters, SI.
 pub(crate) struct Model {
-    pub(crate) system: Loaded,
+    pub(crate) system: LoadedSystem,
     pub(crate) p: Vec<f64>,
 }
 
@@ -36,16 +38,16 @@ impl Model {
     /// Compiles a model file; paths are relative to the repository's root.
     pub(crate) fn load(path: &str, choices: &Choices<'_>) -> Fallible<Model> {
         let root = Path::new(env!("CARGO_MANIFEST_DIR"));
-        let source = |path: &str| -> Fallible<Source> {
+        let source = |path: &str| -> Fallible<SourceText> {
             let path = root.join(path);
             let text = std::fs::read_to_string(&path)
                 .map_err(|error| format!("{}: {error}", path.display()))?;
-            Ok(Source { name: path.display().to_string(), text })
+            Ok(SourceText { name: path.display().to_string(), text })
         };
         let main = source(path)?;
-        let effects: Vec<Source> =
+        let effects: Vec<SourceText> =
             choices.effects.iter().map(|path| source(path)).collect::<Fallible<_>>()?;
-        let (mut sources, mut diagnostics) = (Sources::default(), Diagnostics::default());
+        let (mut sources, mut diagnostics) = (SourceMap::default(), Diagnostics::default());
         let mut read = |path: &str| std::fs::read_to_string(path).map_err(|e| e.to_string());
         let compiled = load(main, &mut read, &mut sources, &mut diagnostics).and_then(|asts| {
             let effects: Vec<Effect> = effects
@@ -55,25 +57,30 @@ impl Model {
                     Effect::read(parse(id, &sources, &mut diagnostics)?, &mut diagnostics)
                 })
                 .collect::<Result<_, _>>()?;
-            let applications: Vec<Application<'_>> = effects
+            let applications: Vec<EffectApplication<'_>> = effects
                 .iter()
-                .map(|effect| Application { effect, arguments: Vec::new(), span: effect.name.span })
+                .map(|effect| EffectApplication {
+                    effect,
+                    arguments: Vec::new(),
+                    span: effect.name.span,
+                })
                 .collect();
             let asts = if applications.is_empty() {
                 asts
             } else {
-                apply(&asts, &applications, Blending::Applied, &mut diagnostics)?.asts
+                apply(&asts, &applications, EffectBlending::Applied, &mut diagnostics)?.asts
             };
             let name = |text: &str| Name { text: text.to_owned(), span: Span::default() };
             let variants = choices.variants.iter().map(|(v, c)| (name(v), name(c))).collect();
             let options = ModelOptions { variants, ..ModelOptions::default() };
             let free = choices.free.iter().map(|free| name(free)).collect();
-            let directions = Directions::Estimated { free, fixed: Vec::new() };
+            let directions = SensitivityDirections::Estimated { free, fixed: Vec::new() };
             compile_asts(asts, &options, &directions, &mut diagnostics)
         });
-        let compiled = compiled
-            .map_err(|_| render::render(&diagnostics.sorted(), &sources, render::Style::Plain))?;
-        let system = Loaded::new(compiled.program);
+        let compiled = compiled.map_err(|_| {
+            render::render(&diagnostics.sorted(), &sources, render::RenderStyle::Plain)
+        })?;
+        let system = LoadedSystem::new(compiled.program);
         let p = system.signature().parameters.iter().map(|parameter| parameter.value).collect();
         Ok(Model { system, p })
     }
@@ -114,14 +121,14 @@ impl Model {
     ) -> Fallible<Recording> {
         let signature = self.signature();
         let column = |name: &str| columns.iter().find(|(other, _)| *other == name);
-        let inputs: Vec<Column<'_>> = signature
+        let inputs: Vec<InputColumn<'_>> = signature
             .inputs
             .iter()
             .map(|input| {
                 let (_, values) = column(&input.name)
                     .ok_or_else(|| format!("nothing was recorded for `{}`", input.name))?;
                 let interpolation = input.interpolation;
-                Ok(Column { name: &input.name, interpolation, values })
+                Ok(InputColumn { name: &input.name, interpolation, values })
             })
             .collect::<Fallible<_>>()?;
         let inputs = Inputs::recorded(times, &inputs)?;

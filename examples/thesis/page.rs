@@ -1,6 +1,6 @@
 //! What a figure of the thesis is made of here.
 
-use dgd_plot::{Figure, Meaning, Panel, Series, Style, Text};
+use dgd_plot::{Figure, MathText, Panel, PlotSeries, SeriesMeaning, SeriesStyle};
 
 use crate::claims::Claim;
 
@@ -25,57 +25,63 @@ pub(crate) struct Section {
 }
 
 /// A panel with a title and the unit of its axis.
-pub(crate) fn panel(title: &str, unit: &str, series: Vec<Series>) -> Panel {
+pub(crate) fn panel(title: &str, unit: &str, series: Vec<PlotSeries>) -> Panel {
     Panel {
-        title: Text::plain(title),
-        y_label: Text::default().with_unit(unit),
+        title: MathText::plain(title),
+        y_label: MathText::default().with_unit(unit),
         series,
         ..Panel::default()
     }
 }
 
 /// What was measured, over time.
-pub(crate) fn measured(name: &str, x: &[f64], y: Vec<f64>) -> Series {
-    series(name, Style::ThinLine, Meaning::Measured, x, y)
+pub(crate) fn measured(name: &str, x: &[f64], y: Vec<f64>) -> PlotSeries {
+    series(name, SeriesStyle::ThinLine, SeriesMeaning::Measured, x, y)
 }
 
 /// One of several sensors, over time.
-pub(crate) fn sensor(name: &str, x: &[f64], y: Vec<f64>) -> Series {
-    series(name, Style::ThinLine, Meaning::OneOfSeveral, x, y)
+pub(crate) fn sensor(name: &str, x: &[f64], y: Vec<f64>) -> PlotSeries {
+    series(name, SeriesStyle::ThinLine, SeriesMeaning::OneOfSeveral, x, y)
 }
 
 /// An input of the models, over time: `w_ssp`, `q_boost` and `q_tf` in this order.
-pub(crate) fn input(place: usize, name: &str, x: &[f64], y: Vec<f64>) -> Series {
-    series(name, Style::Line, Meaning::Input(place), x, y)
+pub(crate) fn input(place: usize, name: &str, x: &[f64], y: Vec<f64>) -> PlotSeries {
+    series(name, SeriesStyle::Line, SeriesMeaning::Input(place), x, y)
 }
 
 /// What was computed, over time: the first of several, the second, and so on.
-pub(crate) fn computed(name: &str, x: &[f64], y: Vec<f64>) -> Series {
-    series(name, Style::Line, Meaning::OneOfSeveral, x, y)
+pub(crate) fn computed(name: &str, x: &[f64], y: Vec<f64>) -> PlotSeries {
+    series(name, SeriesStyle::Line, SeriesMeaning::OneOfSeveral, x, y)
 }
 
 /// Single points that were measured.
-pub(crate) fn points(name: &str, x: &[f64], y: Vec<f64>) -> Series {
-    series(name, Style::Dots, Meaning::Measured, x, y)
+pub(crate) fn points(name: &str, x: &[f64], y: Vec<f64>) -> PlotSeries {
+    series(name, SeriesStyle::Dots, SeriesMeaning::Measured, x, y)
 }
 
 /// Single points that were chosen of these.
-pub(crate) fn chosen(name: &str, x: &[f64], y: Vec<f64>) -> Series {
-    series(name, Style::Dots, Meaning::OneOfSeveral, x, y)
+pub(crate) fn chosen(name: &str, x: &[f64], y: Vec<f64>) -> PlotSeries {
+    series(name, SeriesStyle::Dots, SeriesMeaning::OneOfSeveral, x, y)
 }
 
-fn series(name: &str, style: Style, meaning: Meaning, x: &[f64], y: Vec<f64>) -> Series {
-    Series { meaning, ..Series::new(Text::plain(name), style, x.to_vec(), y) }
+fn series(
+    name: &str,
+    style: SeriesStyle,
+    meaning: SeriesMeaning,
+    x: &[f64],
+    y: Vec<f64>,
+) -> PlotSeries {
+    PlotSeries { meaning, ..PlotSeries::new(MathText::plain(name), style, x.to_vec(), y) }
 }
 
 /// Panels below each other over time.
 pub(crate) fn over_time(panels: Vec<Panel>) -> Figure {
-    Figure { columns: 1, ..Figure::new(Text::plain("Time").with_unit("s"), panels) }
+    Figure { columns: 1, ..Figure::new(MathText::plain("Time").with_unit("s"), panels) }
 }
 
 /// Panels below each other over something else.
 pub(crate) fn over(x: &str, unit: &str, panels: Vec<Panel>) -> Figure {
-    Figure { columns: 1, ..Figure::new(Text::plain(x).with_unit(unit), panels) }
+    Figure { columns: 1, ..Figure::new(MathText::plain(x).with_unit(unit), panels) }
 }
 
 /// Values in another unit.

@@ -1,7 +1,7 @@
 //! Section 3.5: the subsea pump's head.
 
 use dgd_identify::regression::{RegressionFit, RegressionMethod};
-use dgd_plot::{Label, Text};
+use dgd_plot::{MathText, PointLabel};
 
 use crate::chapters::Fallible;
 use crate::claims::claim;
@@ -111,7 +111,11 @@ fn characteristics(readings: &Readings, head: impl Fn(f64, f64) -> f64) -> dgd_p
     for speed in SPEEDS {
         let heads: Vec<f64> = grid.iter().map(|q| head(speed, *q)).collect();
         let (x, y) = (most / LPM, heads[heads.len() - 1]);
-        curves.labels.push(Label { x, y, text: Text::plain(&format!("{:.0} %", 100.0 * speed)) });
+        curves.labels.push(PointLabel {
+            x,
+            y,
+            text: MathText::plain(&format!("{:.0} %", 100.0 * speed)),
+        });
         curves.x.extend(per(&grid, LPM).into_iter().chain([f64::NAN]));
         curves.y.extend(heads.into_iter().chain([f64::NAN]));
     }

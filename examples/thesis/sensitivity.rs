@@ -1,8 +1,8 @@
 //! Section 3.2: what the riser's level says of each parameter.
 
-use dgd_plot::{Figure, Panel, Text};
+use dgd_plot::{Figure, MathText, Panel};
 use dgd_runtime::{
-    Column, Inputs, Interpolation, Options, Problem, System, simulate_with_sensitivities,
+    InputColumn, Inputs, Interpolation, Options, Problem, System, simulate_with_sensitivities,
 };
 
 use crate::chapters::Fallible;
@@ -22,8 +22,8 @@ pub(crate) fn draw(settings: &[(&str, f64)]) -> Fallible<Section> {
     let inputs = Inputs::recorded(
         &times,
         &[
-            Column { name: "omega", interpolation: hold, values: &omega },
-            Column { name: "q_in", interpolation: hold, values: &flow },
+            InputColumn { name: "omega", interpolation: hold, values: &omega },
+            InputColumn { name: "q_in", interpolation: hold, values: &flow },
         ],
     )?;
     let problem = Problem { system: &model.system, p: &model.p, inputs: &inputs, start: &[] };
@@ -32,8 +32,8 @@ pub(crate) fn draw(settings: &[(&str, f64)]) -> Fallible<Section> {
     let (h, n) = (model.unknown("h")?, model.signature().unknowns.len());
     let level: Vec<f64> = (0..times.len()).map(|k| solution.y(k)[h]).collect();
     let mut panels = vec![Panel {
-        title: Text::name("h"),
-        y_label: Text::default().with_unit("m"),
+        title: MathText::name("h"),
+        y_label: MathText::default().with_unit("m"),
         series: vec![computed("h", &times, level.clone())],
         ..Panel::default()
     }];
@@ -44,12 +44,13 @@ pub(crate) fn draw(settings: &[(&str, f64)]) -> Fallible<Section> {
         let values: Vec<f64> = (0..times.len()).map(|k| solution.s(k)[j * n + h]).collect();
         courses.push((parameter.name.to_string(), values.clone()));
         panels.push(Panel {
-            title: Text::plain(&format!("dh/d{}", parameter.name)),
+            title: MathText::plain(&format!("dh/d{}", parameter.name)),
             series: vec![computed("dh/dp", &times, values)],
             ..Panel::default()
         });
     }
-    let figure = Figure { columns: 2, ..Figure::new(Text::plain("Time").with_unit("s"), panels) };
+    let figure =
+        Figure { columns: 2, ..Figure::new(MathText::plain("Time").with_unit("s"), panels) };
     let finding = Finding {
         number: "3.1",
         title: "The riser's level after a step in pump speed, and its sensitivities",

@@ -3,15 +3,15 @@
 use std::fmt::Write;
 
 use dgd_compiler::codegen::generate;
-use dgd_compiler::pipeline::Directions;
-use dgd_runtime::Solved;
+use dgd_compiler::pipeline::SensitivityDirections;
+use dgd_runtime::SolvableSystem;
 
 use crate::grammar;
 use crate::oracle::generated_agrees;
 use crate::prepared::compiled;
 
 /// Whether a generated model disagrees with the one of its seed, which is then reported; called by generated programs.
-pub fn disagrees(seed: u64, without: &[String], system: &impl Solved) -> bool {
+pub fn disagrees(seed: u64, without: &[String], system: &impl SolvableSystem) -> bool {
     let result = generated_agrees(&grammar::case(seed, without), system);
     if let Err(reason) = &result {
         println!("seed {seed}: {reason}");
@@ -25,7 +25,7 @@ pub fn program(seeds: std::ops::Range<u64>, without: &[String]) -> (String, usiz
     let (mut modules, mut calls, mut count) = (String::new(), String::new(), 0);
     for seed in seeds {
         let case = grammar::case(seed, without);
-        let made = std::panic::catch_unwind(|| compiled(&case, &Directions::All));
+        let made = std::panic::catch_unwind(|| compiled(&case, &SensitivityDirections::All));
         let Ok(Ok((compiled, sources))) = made else { continue };
         let tokens = generate(&compiled.program, &format!("m{seed}"), &sources).to_string();
         // Formatted, so that rustc's messages are readable.

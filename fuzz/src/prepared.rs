@@ -1,15 +1,15 @@
 //! A compiled and loaded case.
 
-use dgd_compiler::diagnostics::{Diagnostics, Reported, render};
-use dgd_compiler::effects::{Application, Blending, Effect, apply};
+use dgd_compiler::diagnostics::{Diagnostics, ErrorReported, render};
+use dgd_compiler::effects::{Effect, EffectApplication, EffectBlending, apply};
 use dgd_compiler::model::ModelOptions;
-use dgd_compiler::pipeline::{Compiled, Directions, compile, compile_asts, load};
-use dgd_compiler::source::{Source, Sources, Span};
+use dgd_compiler::pipeline::{CompiledStages, SensitivityDirections, compile, compile_asts, load};
+use dgd_compiler::source::{SourceMap, SourceText, Span};
 use dgd_compiler::syntax::parse;
-use dgd_execute::{Engine, Interpreted, Loaded};
+use dgd_execute::{Engine, InterpretedSystem, LoadedSystem};
 use dgd_runtime::{
-    Column, Failure, Inputs, Options, Problem, Signature, Solution, System, find_method, simulate,
-    simulate_with_sensitivities,
+    Failure, InputColumn, Inputs, Options, Problem, Signature, Solution, System, find_method,
+    simulate, simulate_with_sensitivities,
 };
 
 use crate::case::Case;
@@ -20,10 +20,10 @@ const MOST_STEPS: usize = 40_000;
 
 /// A case ready to run.
 pub(crate) struct Prepared {
-    pub compiled: Compiled,
-    pub system: Interpreted,
+    pub compiled: CompiledStages,
+    pub system: InterpretedSystem,
     /// Compiled on first use.
-    pub native: Loaded,
+    pub native: LoadedSystem,
     pub inputs: Inputs,
     pub p: Vec<f64>,
     pub times: Vec<f64>,
@@ -35,26 +35,26 @@ pub(crate) const EFFECT: &str = "applied.dgd";
 /// Runs stages 1 to 4 on a case's text, with its effect applied if there is one.
 pub(crate) fn compiled(
     case: &Case,
-    directions: &Directions,
-) -> Result<(Compiled, Sources), Finding> {
-    let (mut sources, mut diagnostics) = (Sources::default(), Diagnostics::default());
+    directions: &SensitivityDirections,
+) -> Result<(CompiledStages, SourceMap), Finding> {
+    let (mut sources, mut diagnostics) = (SourceMap::default(), Diagnostics::default());
     let made = stages(case, directions, &mut sources, &mut diagnostics);
     if let Ok(compiled) = made {
         return Ok((compiled, sources));
     }
     let sorted = diagnostics.sorted();
-    let code = sorted.first().map_or_else(String::new, |first| format!("{:?}", first.code));
-    let text = render::render(&sorted, &sources, render::Style::Plain);
+    let code = sorted.first().map_or_else(String::new, |first| first.code.to_string());
+    let text = render::render(&sorted, &sources, render::RenderStyle::Plain);
     Err(Finding::new("accepted", code, text))
 }
 
 fn stages(
     case: &Case,
-    directions: &Directions,
-    sources: &mut Sources,
+    directions: &SensitivityDirections,
+    sources: &mut SourceMap,
     diagnostics: &mut Diagnostics,
-) -> Result<Compiled, Reported> {
-    let main = Source { name: "m.dgd".to_owned(), text: case.model.clone() };
+) -> Result<CompiledStages, ErrorReported> {
+    let main = SourceText { name: "m.dgd".to_owned(), text: case.model.clone() };
     let mut read = |path: &str| {
         case.files.get(path).cloned().ok_or_else(|| "there is no such file".to_owned())
     };
@@ -69,18 +69,19 @@ fn stages(
         );
     };
     let asts = load(main, &mut read, sources, diagnostics)?;
-    let id = sources.add(Source { name: EFFECT.to_owned(), text: text.clone() });
+    let id = sources.add(SourceText { name: EFFECT.to_owned(), text: text.clone() });
     let effect = Effect::read(parse(id, sources, diagnostics)?, diagnostics)?;
-    let application = Application { effect: &effect, arguments: Vec::new(), span: Span::default() };
-    let applied = apply(&asts, &[application], Blending::Applied, diagnostics)?;
+    let application =
+        EffectApplication { effect: &effect, arguments: Vec::new(), span: Span::default() };
+    let applied = apply(&asts, &[application], EffectBlending::Applied, diagnostics)?;
     compile_asts(applied.asts, &ModelOptions::default(), directions, diagnostics)
 }
 
 impl Prepared {
     pub(crate) fn new(case: &Case) -> Result<Self, Finding> {
-        let (compiled, _) = compiled(case, &Directions::All)?;
-        let system = Interpreted::new(compiled.program.clone());
-        let native = Loaded::with_engine(compiled.program.clone(), Engine::Native);
+        let (compiled, _) = compiled(case, &SensitivityDirections::All)?;
+        let system = InterpretedSystem::new(compiled.program.clone());
+        let native = LoadedSystem::with_engine(compiled.program.clone(), Engine::Native);
         let signature = system.signature();
         let inputs = inputs(case, signature)
             .map_err(|reason| Finding::new("accepted", "recording", reason))?;
@@ -92,7 +93,7 @@ impl Prepared {
         self.system.signature()
     }
 
-    pub(crate) fn problem<'a>(&'a self, p: &'a [f64]) -> Problem<'a, Loaded> {
+    pub(crate) fn problem<'a>(&'a self, p: &'a [f64]) -> Problem<'a, LoadedSystem> {
         Problem { system: &self.native, p, inputs: &self.inputs, start: &[] }
     }
 
@@ -151,8 +152,8 @@ fn inputs(case: &Case, signature: &Signature) -> Result<Inputs, String> {
             column.iter().map(|x| x * input.unit.factor + input.unit.offset).collect::<Vec<f64>>(),
         );
     }
-    let columns: Vec<Column<'_>> = (signature.inputs.iter().zip(&values))
-        .map(|(input, values)| Column {
+    let columns: Vec<InputColumn<'_>> = (signature.inputs.iter().zip(&values))
+        .map(|(input, values)| InputColumn {
             name: &input.name,
             interpolation: input.interpolation,
             values,

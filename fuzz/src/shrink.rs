@@ -3,11 +3,11 @@
 use std::time::{Duration, Instant};
 
 use dgd_compiler::diagnostics::Diagnostics;
-use dgd_compiler::source::{Source, Sources, Span};
+use dgd_compiler::source::{SourceMap, SourceText, Span};
 use dgd_compiler::syntax::ast::{Ast, Expr, ExprKind, Item, ItemKind};
 use dgd_compiler::syntax::parse;
 use dgd_compiler::syntax::print::print;
-use dgd_compiler::syntax::visit::{Part, operands, operands_mut, parts_mut};
+use dgd_compiler::syntax::visit::{ItemPart, operands, operands_mut, parts_mut};
 
 use crate::case::Case;
 use crate::oracle::{Finding, judged};
@@ -40,8 +40,8 @@ pub fn shrunk(case: &Case, finding: &Finding, most: Duration) -> Case {
 }
 
 fn read(text: &str) -> Option<Ast> {
-    let mut sources = Sources::default();
-    let id = sources.add(Source { name: "m.dgd".to_owned(), text: text.to_owned() });
+    let mut sources = SourceMap::default();
+    let id = sources.add(SourceText { name: "m.dgd".to_owned(), text: text.to_owned() });
     parse(id, &sources, &mut Diagnostics::default()).ok()
 }
 
@@ -147,7 +147,7 @@ fn nth(ast: &mut Ast, wanted: usize, act: &mut dyn FnMut(&mut Expr)) -> bool {
     let mut done = false;
     for item in &mut ast.items {
         parts_mut(item, &mut |part| {
-            if let Part::Expr(_, expr) = part
+            if let ItemPart::Expr(_, expr) = part
                 && !done
             {
                 done = walk(expr, &mut left, act);
@@ -212,7 +212,7 @@ fn simplify(best: &mut Case, fails: &impl Fn(&Case) -> bool) {
             nth(&mut other, number, &mut |expr| *expr = choice.clone());
             for item in &mut other.items {
                 parts_mut(item, &mut |part| {
-                    if let Part::Expr(_, expr) = part {
+                    if let ItemPart::Expr(_, expr) = part {
                         dgd_compiler::syntax::print::parenthesise(expr);
                     }
                 });

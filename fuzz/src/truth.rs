@@ -5,8 +5,8 @@ use std::cell::Cell;
 use std::collections::BTreeMap;
 
 use dgd_compiler::syntax::ast::{
-    Ast, Comparison, Counter, Expr, ExprKind, Factor, Item, ItemKind, LocalLet, Reducing,
-    Reduction, Sign, Unit,
+    Ast, Comparison, Expr, ExprKind, FactorSide, Item, ItemKind, LocalLet, LoopCounter, Reduction,
+    ReductionOperation, Sign, WrittenUnit,
 };
 use dgd_compiler::units::parse_unit;
 
@@ -33,7 +33,7 @@ pub(crate) struct Place<'p> {
     pub margin: Cell<f64>,
 }
 
-fn unit_of_language(unit: Option<&Unit>) -> Option<(f64, f64)> {
+fn unit_of_language(unit: Option<&WrittenUnit>) -> Option<(f64, f64)> {
     let Some(unit) = unit else { return Some((1.0, 0.0)) };
     let unit = parse_unit(&unit.text).ok()?;
     Some((unit.factor, unit.offset))
@@ -138,7 +138,7 @@ impl<'a> Truth<'a> {
     }
 
     /// Factor and offset of a unit; one that the model declares cannot be combined.
-    fn unit_of(&self, unit: Option<&Unit>) -> Option<(f64, f64)> {
+    fn unit_of(&self, unit: Option<&WrittenUnit>) -> Option<(f64, f64)> {
         match unit.and_then(|unit| self.units.get(unit.text.as_str())) {
             Some(factor) => Some((*factor, 0.0)),
             None => unit_of_language(unit),
@@ -182,12 +182,12 @@ impl<'a> Truth<'a> {
     fn each<'e>(
         &self,
         reduction: &'e Reduction,
-        counters: &'e [Counter],
+        counters: &'e [LoopCounter],
         at: &Place<'_>,
         local: &BTreeMap<&'e str, f64>,
         all: &mut Vec<f64>,
     ) -> Option<()> {
-        let Some((Counter { index, range }, inner)) = counters.split_first() else {
+        let Some((LoopCounter { index, range }, inner)) = counters.split_first() else {
             all.push(self.eval(&reduction.body, at, local)?);
             return Some(());
         };
@@ -233,15 +233,15 @@ impl<'a> Truth<'a> {
                 let mut values = Vec::new();
                 self.each(reduction, &reduction.counters, at, local, &mut values)?;
                 match reduction.kind {
-                    Reducing::Sum => values.iter().sum(),
-                    Reducing::Product => values.iter().product(),
-                    Reducing::Mean => values.iter().sum::<f64>() / values.len() as f64,
-                    Reducing::Least | Reducing::Greatest => {
+                    ReductionOperation::Sum => values.iter().sum(),
+                    ReductionOperation::Product => values.iter().product(),
+                    ReductionOperation::Mean => values.iter().sum::<f64>() / values.len() as f64,
+                    ReductionOperation::Least | ReductionOperation::Greatest => {
                         for (k, a) in values.iter().enumerate() {
                             values[..k].iter().for_each(|b| Self::compare(at, *a, *b));
                         }
                         let better = match reduction.kind {
-                            Reducing::Least => f64::min,
+                            ReductionOperation::Least => f64::min,
                             _ => f64::max,
                         };
                         values.into_iter().reduce(better)?
@@ -265,8 +265,8 @@ impl<'a> Truth<'a> {
                 let mut product = 1.0;
                 for (factor, of_product) in factors {
                     match factor {
-                        Factor::Times => product *= value_of(of_product)?,
-                        Factor::Over => product /= value_of(of_product)?,
+                        FactorSide::Times => product *= value_of(of_product)?,
+                        FactorSide::Over => product /= value_of(of_product)?,
                     }
                 }
                 product

@@ -17,14 +17,14 @@ use std::fs;
 use std::ops::Range;
 
 use dgd_compiler::diagnostics::{Diagnostics, render};
-use dgd_compiler::effects::{Application, Blending, Effect, apply, bind};
+use dgd_compiler::effects::{Effect, EffectApplication, EffectBlending, apply, bind};
 use dgd_compiler::expr::intrinsics::{INTRINSICS, UnitRule};
-use dgd_compiler::model::{Declared, Model, ModelOptions, resolve};
-use dgd_compiler::pipeline::{Directions, compile_asts, load};
-use dgd_compiler::source::{Source, Sources};
+use dgd_compiler::model::{DeclarationHeader, Model, ModelOptions, resolve};
+use dgd_compiler::pipeline::{SensitivityDirections, compile_asts, load};
+use dgd_compiler::source::{SourceMap, SourceText};
 use dgd_compiler::syntax::ast::{Ast, Item, ItemKind};
 use dgd_compiler::syntax::{layout, parse, parse_what_is_sound};
-use dgd_compiler::units::catalogue::{CATALOGUE, PREFIXES, Prefixes, Row};
+use dgd_compiler::units::catalogue::{CATALOGUE, PREFIXES, Prefixes, UnitRow};
 use dgd_compiler::units::{Datum, describe};
 use dgd_data::{self as data, select};
 
@@ -107,9 +107,9 @@ impl Block<'_> {
 
     /// What is sound of it, by its places in the page.
     fn ast(&self) -> Ast {
-        let mut sources = Sources::default();
+        let mut sources = SourceMap::default();
         let text = self.page.only(std::slice::from_ref(&self.place));
-        let source = sources.add(Source { name: self.page.name.clone(), text });
+        let source = sources.add(SourceText { name: self.page.name.clone(), text });
         parse_what_is_sound(source, &sources)
     }
 
@@ -144,7 +144,7 @@ impl Block<'_> {
     }
 
     /// Fails unless the codes are those that the block is marked with.
-    fn judge(&self, diagnostics: &Diagnostics, sources: &Sources) -> Result<(), String> {
+    fn judge(&self, diagnostics: &Diagnostics, sources: &SourceMap) -> Result<(), String> {
         let found = diagnostics.sorted();
         let codes: BTreeSet<String> = found.iter().map(|d| d.code.to_string()).collect();
         let expected = match self.mark {
@@ -155,7 +155,7 @@ impl Block<'_> {
         if codes == expected {
             return Ok(());
         }
-        let shown = render::render(&found, sources, render::Style::Plain);
+        let shown = render::render(&found, sources, render::RenderStyle::Plain);
         Err(self.wrong(&format!("expected {expected:?}, found {codes:?}\n{shown}")))
     }
 
@@ -199,14 +199,14 @@ fn check_blocks(language: &str, check: impl Fn(&Block<'_>) -> Result<(), String>
 fn compiled(
     block: &Block<'_>,
     variants: &[(&str, &str)],
-    sources: &mut Sources,
+    sources: &mut SourceMap,
     diagnostics: &mut Diagnostics,
 ) -> Result<Option<Model>, String> {
     let text = match block.page.model() {
         Some(model) if block.is_effect() => model.completed()?,
         Some(_) | None => block.completed()?,
     };
-    let main = Source { name: block.page.name.clone(), text };
+    let main = SourceText { name: block.page.name.clone(), text };
     let folder = block.page.name.rsplit_once('/').map_or("", |(folder, _)| folder);
     let mut read = |path: &str| {
         let path = path.strip_prefix(folder).unwrap_or(path).trim_start_matches('/');
@@ -221,7 +221,7 @@ fn compiled(
         };
         asts = changed;
     }
-    let compiled = compile_asts(asts, &options, &Directions::All, diagnostics).ok();
+    let compiled = compile_asts(asts, &options, &SensitivityDirections::All, diagnostics).ok();
     Ok(compiled.map(|compiled| compiled.model))
 }
 
@@ -230,22 +230,24 @@ fn with_effect(
     block: &Block<'_>,
     asts: &[Ast],
     options: &ModelOptions,
-    sources: &mut Sources,
+    sources: &mut SourceMap,
     diagnostics: &mut Diagnostics,
 ) -> Option<Vec<Ast>> {
     let text = block.page.only(std::slice::from_ref(&block.place));
-    let id = sources.add(Source { name: block.page.name.clone(), text });
+    let id = sources.add(SourceText { name: block.page.name.clone(), text });
     let effect = Effect::read(parse(id, sources, diagnostics).ok()?, diagnostics).ok()?;
     let lists = bind(&effect, &resolve(asts, options, diagnostics).ok()?);
     let arguments = lists.first()?.iter().map(|argument| name(argument)).collect();
     let span = effect.name.span;
-    let application = Application { effect: &effect, arguments, span };
-    apply(asts, &[application], Blending::Applied, diagnostics).ok().map(|applied| applied.asts)
+    let application = EffectApplication { effect: &effect, arguments, span };
+    apply(asts, &[application], EffectBlending::Applied, diagnostics)
+        .ok()
+        .map(|applied| applied.asts)
 }
 
 /// Compiles an example in one choice of its variants, and judges what comes of it.
 fn check_model(block: &Block<'_>, variants: &[(&str, &str)]) -> Result<Option<Model>, String> {
-    let (mut sources, mut diagnostics) = (Sources::default(), Diagnostics::default());
+    let (mut sources, mut diagnostics) = (SourceMap::default(), Diagnostics::default());
     let model = compiled(block, variants, &mut sources, &mut diagnostics)?;
     block.judge(&diagnostics, &sources)?;
     Ok(model)
@@ -284,9 +286,9 @@ fn examples_are_laid_out_canonically() {
         if block.mark.is_some() {
             return Ok(());
         }
-        let mut sources = Sources::default();
+        let mut sources = SourceMap::default();
         let text = block.text().to_owned();
-        let source = sources.add(Source { name: block.page.name.clone(), text });
+        let source = sources.add(SourceText { name: block.page.name.clone(), text });
         match layout::format(source, &sources, &mut Diagnostics::default()) {
             Ok(text) if text == block.text() => Ok(()),
             Ok(text) => Err(block.wrong(&format!("`dgd fmt` lays this out as\n{text}"))),
@@ -298,7 +300,7 @@ fn examples_are_laid_out_canonically() {
 #[test]
 fn data_files_can_be_read_or_fail_as_they_say() {
     check_blocks("csv", |block| {
-        let (mut sources, mut diagnostics) = (Sources::default(), Diagnostics::default());
+        let (mut sources, mut diagnostics) = (SourceMap::default(), Diagnostics::default());
         let example = block.page.model().ok_or_else(|| block.wrong("of which model?"))?;
         if let Some(model) = compiled(&example, &[], &mut sources, &mut diagnostics)? {
             read_recording(block, &model, &mut sources, &mut diagnostics);
@@ -311,11 +313,15 @@ fn data_files_can_be_read_or_fail_as_they_say() {
 fn read_recording(
     block: &Block<'_>,
     model: &Model,
-    sources: &mut Sources,
+    sources: &mut SourceMap,
     diagnostics: &mut Diagnostics,
 ) {
-    fn selected(declared: &Declared) -> select::Declared<'_> {
-        select::Declared { name: &declared.name, unit: &declared.unit, place: Some(declared.span) }
+    fn selected(declared: &DeclarationHeader) -> select::DeclaredColumn<'_> {
+        select::DeclaredColumn {
+            name: &declared.name,
+            unit: &declared.unit,
+            place: Some(declared.span),
+        }
     }
     let text = block.page.only(std::slice::from_ref(&block.place));
     let Ok(table) = data::read_from(&block.page.name, text.as_bytes(), sources, diagnostics) else {
@@ -424,7 +430,7 @@ fn six_digits(x: f64) -> String {
     if (1e-3..1e6).contains(&rounded) { rounded.to_string() } else { format!("{rounded:e}") }
 }
 
-fn unit_line(row: &Row) -> String {
+fn unit_line(row: &UnitRow) -> String {
     let code = |spelling: &str| format!("`{spelling}`");
     let spellings: Vec<String> = row.spellings().map(code).collect();
     let prefixes = match row.prefixes {

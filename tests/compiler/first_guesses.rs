@@ -5,8 +5,8 @@ use std::path::{Path, PathBuf};
 
 use dgd_compiler::diagnostics::{Diagnostics, render};
 use dgd_compiler::model::ModelOptions;
-use dgd_compiler::pipeline::{Directions, compile};
-use dgd_compiler::source::{Source, Sources};
+use dgd_compiler::pipeline::{SensitivityDirections, compile};
+use dgd_compiler::source::{SourceMap, SourceText};
 
 use crate::support::root;
 
@@ -16,13 +16,13 @@ fn folder() -> PathBuf {
 
 /// What is wrong with a text in the place of a model's.
 fn mistakes(path: &Path, text: String) -> Result<(), String> {
-    let (mut sources, mut diagnostics) = (Sources::default(), Diagnostics::default());
-    let main = Source { name: path.display().to_string(), text };
+    let (mut sources, mut diagnostics) = (SourceMap::default(), Diagnostics::default());
+    let main = SourceText { name: path.display().to_string(), text };
     let read = &mut |path: &str| std::fs::read_to_string(path).map_err(|error| error.to_string());
-    let (options, directions) = (ModelOptions::default(), Directions::None);
+    let (options, directions) = (ModelOptions::default(), SensitivityDirections::None);
     compile(main, &options, &directions, read, &mut sources, &mut diagnostics)
         .map(|_| ())
-        .map_err(|_| render::render(&diagnostics.sorted(), &sources, render::Style::Plain))
+        .map_err(|_| render::render(&diagnostics.sorted(), &sources, render::RenderStyle::Plain))
 }
 
 #[test]

@@ -9,19 +9,19 @@ use dgd_compiler::diagnostics::Diagnostics;
 use dgd_compiler::model::{ModelOptions, resolve};
 use dgd_compiler::pipeline::load;
 use dgd_compiler::program::{Direction, lower};
-use dgd_compiler::source::{Source, Sources};
-use dgd_compiler::syntax::ast::{Ast, AttributeKind, Expr, ExprKind, Item, ItemKind, Unit};
+use dgd_compiler::source::{SourceMap, SourceText};
+use dgd_compiler::syntax::ast::{Ast, AttributeKind, Expr, ExprKind, Item, ItemKind, WrittenUnit};
 use dgd_compiler::syntax::{parse, places, print};
 use dgd_compiler::units::parse_unit;
-use dgd_execute::Interpreted;
-use dgd_runtime::{Inputs, Options, Point, Problem, System, discrete_numbers, simulate};
+use dgd_execute::InterpretedSystem;
+use dgd_runtime::{EvaluationPoint, Inputs, Options, Problem, System, discrete_numbers, simulate};
 
 use crate::golden::files;
 use crate::support::{Noise, input_values, model_files, root};
 
 fn parsed(name: &str, text: &str) -> Option<Ast> {
-    let mut sources = Sources::default();
-    let id = sources.add(Source { name: name.to_owned(), text: text.to_owned() });
+    let mut sources = SourceMap::default();
+    let id = sources.add(SourceText { name: name.to_owned(), text: text.to_owned() });
     parse(id, &sources, &mut Diagnostics::default()).ok()
 }
 
@@ -44,24 +44,24 @@ fn what_is_printed_is_read_as_the_same() {
 
 fn trees(path: &Path) -> Vec<Ast> {
     let text = fs::read_to_string(path).expect("a model file");
-    let main = Source { name: path.display().to_string(), text };
+    let main = SourceText { name: path.display().to_string(), text };
     let mut read = |path: &str| fs::read_to_string(path).map_err(|error| error.to_string());
-    load(main, &mut read, &mut Sources::default(), &mut Diagnostics::default())
+    load(main, &mut read, &mut SourceMap::default(), &mut Diagnostics::default())
         .expect("the repository's models parse")
 }
 
-fn interpreted(asts: &[Ast]) -> Interpreted {
+fn interpreted(asts: &[Ast]) -> InterpretedSystem {
     let mut diagnostics = Diagnostics::default();
     let dae = resolve(asts, &ModelOptions::default(), &mut diagnostics)
         .and_then(|model| assemble(&model, &mut diagnostics))
         .unwrap_or_else(|_| panic!("{:?}", diagnostics.sorted()));
     let all: Vec<_> = (0..dae.parameters.len()).map(Direction::Parameter).collect();
-    Interpreted::new(lower(&dae, &all))
+    InterpretedSystem::new(lower(&dae, &all))
 }
 
 /// Right-hand sides, by their equations, outputs, and ∂f/∂p near the start, in SI. Every number is
 /// found by its name, and changed a little so that nothing vanishes by accident.
-fn values(system: &Interpreted) -> BTreeMap<String, f64> {
+fn values(system: &InterpretedSystem) -> BTreeMap<String, f64> {
     let signature = system.signature();
     let near = |name: &str, value: f64| {
         let seed = name
@@ -73,14 +73,14 @@ fn values(system: &Interpreted) -> BTreeMap<String, f64> {
     let u = input_values(signature, |name, _| near(name, 0.02), |name, _| near(name, 0.001));
     let mut y = vec![0.0; signature.unknowns.len()];
     let z = discrete_numbers(system, &p, 0.0);
-    system.start(Point { t: 0.0, y: &[], u: &u, p: &p, z: &z }, &mut y);
+    system.start(EvaluationPoint { t: 0.0, y: &[], u: &u, p: &p, z: &z }, &mut y);
     // Shares are counted in the order of the file: they are told apart by their switches.
     let equations = signature.equations.iter().map(|equation| without_numbers(equation.as_ref()));
     for ((value, unknown), equation) in y.iter_mut().zip(signature.unknowns.iter()).zip(equations) {
         let name = if unknown.name.starts_with("share(") { &equation } else { &*unknown.name };
         *value = near(name, *value + 0.01);
     }
-    let at = Point { t: 0.5, y: &y, u: &u, p: &p, z: &z };
+    let at = EvaluationPoint { t: 0.5, y: &y, u: &u, p: &p, z: &z };
 
     let mut values = BTreeMap::new();
     let mut f = vec![0.0; y.len()];
@@ -249,7 +249,7 @@ fn converted(item: &Item) -> Option<Item> {
             | AttributeKind::Beyond(_) => {}
         }
     }
-    *unit = Some(Unit::new(written.span, other));
+    *unit = Some(WrittenUnit::new(written.span, other));
     Some(item)
 }
 

@@ -6,8 +6,8 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 
 use dgd_compiler::diagnostics::{Diagnostics, render};
 use dgd_compiler::model::ModelOptions;
-use dgd_compiler::pipeline::{Directions, compile};
-use dgd_compiler::source::{Source, Sources};
+use dgd_compiler::pipeline::{SensitivityDirections, compile};
+use dgd_compiler::source::{SourceMap, SourceText};
 
 use crate::golden::files;
 use crate::support::{Noise, root};
@@ -89,13 +89,15 @@ fn texts() -> Vec<(PathBuf, String)> {
 fn sound_mutants(k: usize, path: &Path, text: &str, foreign: &[&str]) -> usize {
     let (own, mut noise, mut sound) = (pieces(text), Noise::new(7 + k as u64), 0);
     for _ in 0..MUTANTS {
-        let main =
-            Source { name: path.display().to_string(), text: mutant(&own, foreign, &mut noise) };
-        let (mut sources, mut diagnostics) = (Sources::default(), Diagnostics::default());
+        let main = SourceText {
+            name: path.display().to_string(),
+            text: mutant(&own, foreign, &mut noise),
+        };
+        let (mut sources, mut diagnostics) = (SourceMap::default(), Diagnostics::default());
         let compiled = compile(
             main.clone(),
             &ModelOptions::default(),
-            &Directions::All,
+            &SensitivityDirections::All,
             &mut |path| fs::read_to_string(path).map_err(|error| error.to_string()),
             &mut sources,
             &mut diagnostics,
@@ -105,7 +107,7 @@ fn sound_mutants(k: usize, path: &Path, text: &str, foreign: &[&str]) -> usize {
         for mistake in &mistakes {
             assert!(!mistake.message.is_empty(), "{}", main.text);
         }
-        let rendered = render::render(&mistakes, &sources, render::Style::Plain);
+        let rendered = render::render(&mistakes, &sources, render::RenderStyle::Plain);
         assert_eq!(rendered.is_empty(), mistakes.is_empty(), "{}", main.text);
         sound += usize::from(compiled.is_ok());
     }

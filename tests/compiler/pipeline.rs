@@ -9,11 +9,11 @@ use std::path::Path;
 use dgd_compiler::codegen;
 use dgd_compiler::diagnostics::codes::{CODES, CodeInfo};
 use dgd_compiler::diagnostics::{Code, Diagnostics, render};
-use dgd_compiler::effects::{self, Application, Blending, Effect};
+use dgd_compiler::effects::{self, Effect, EffectApplication, EffectBlending};
 use dgd_compiler::model::{ModelOptions, Setting};
-use dgd_compiler::pipeline::{Compiled, Directions, compile_asts, load};
+use dgd_compiler::pipeline::{CompiledStages, SensitivityDirections, compile_asts, load};
 use dgd_compiler::program::FunctionKind;
-use dgd_compiler::source::{Source, SourceId, Sources, Span};
+use dgd_compiler::source::{SourceId, SourceMap, SourceText, Span};
 use dgd_compiler::syntax::ast::Name;
 use dgd_compiler::syntax::{parse, parse_setting, print};
 
@@ -24,17 +24,17 @@ use crate::support::root;
 /// One compilation, with the choices that its first line may ask for:
 /// `# options: --set c0=5 --variant flow=static --to c0 --apply effects/lag.dgd`.
 struct Compilation {
-    sources: Sources,
+    sources: SourceMap,
     diagnostics: Diagnostics,
 }
 
 impl Compilation {
     fn new() -> Self {
-        Compilation { sources: Sources::default(), diagnostics: Diagnostics::default() }
+        Compilation { sources: SourceMap::default(), diagnostics: Diagnostics::default() }
     }
 
     fn argument(&mut self, flag: &str, text: &str) -> SourceId {
-        self.sources.add(Source { name: format!("({flag})"), text: text.to_owned() })
+        self.sources.add(SourceText { name: format!("({flag})"), text: text.to_owned() })
     }
 
     fn name(&mut self, flag: &str, text: &str) -> Name {
@@ -43,8 +43,8 @@ impl Compilation {
         Name { text: text.to_owned(), span: Span { source, start: 0, end } }
     }
 
-    fn choices(&mut self, text: &str) -> (ModelOptions, Directions, Vec<String>) {
-        let (mut options, mut directions) = (ModelOptions::default(), Directions::All);
+    fn choices(&mut self, text: &str) -> (ModelOptions, SensitivityDirections, Vec<String>) {
+        let (mut options, mut directions) = (ModelOptions::default(), SensitivityDirections::All);
         let mut apply = Vec::new();
         let header = text.lines().next().and_then(|line| line.strip_prefix("# options: "));
         let mut words = header.unwrap_or_default().split_whitespace();
@@ -62,7 +62,7 @@ impl Compilation {
                 }
                 "--to" => {
                     let names = value.split(',').map(|name| self.name(flag, name)).collect();
-                    directions = Directions::Named(names);
+                    directions = SensitivityDirections::Named(names);
                 }
                 "--apply" => apply.push(value.to_owned()),
                 _ => panic!("golden files know no option {flag}"),
@@ -75,7 +75,7 @@ impl Compilation {
     fn effect(&mut self, asked: &str, folder: &Path) -> Option<(Effect, Vec<Name>, Span)> {
         let (path, arguments) = asked.split_once('(').unwrap_or((asked, ""));
         let text = fs::read_to_string(folder.join(path)).expect("an effect");
-        let id = self.sources.add(Source { name: path.to_owned(), text });
+        let id = self.sources.add(SourceText { name: path.to_owned(), text });
         let words = arguments.trim_end_matches(')').split(',').filter(|word| !word.is_empty());
         let arguments = words.map(|word| self.name("--apply", word)).collect();
         let ast = parse(id, &self.sources, &mut self.diagnostics).ok()?;
@@ -86,23 +86,28 @@ impl Compilation {
 
     /// Compiles a text, with effects where it asks for some; imports are read from `folder`. The text
     /// of the changed model comes with it.
-    fn run(&mut self, name: &str, text: &str, folder: &Path) -> Option<(Compiled, Option<String>)> {
+    fn run(
+        &mut self,
+        name: &str,
+        text: &str,
+        folder: &Path,
+    ) -> Option<(CompiledStages, Option<String>)> {
         let (options, directions, apply) = self.choices(text);
-        let main = Source { name: name.to_owned(), text: text.to_owned() };
+        let main = SourceText { name: name.to_owned(), text: text.to_owned() };
         let mut read =
             |path: &str| fs::read_to_string(folder.join(path)).map_err(|_| "not found".to_owned());
         let asts = load(main, &mut read, &mut self.sources, &mut self.diagnostics).ok()?;
         let asked: Vec<_> = apply.iter().map(|asked| self.effect(asked, folder)).collect();
         let asked: Vec<_> = asked.into_iter().collect::<Option<_>>()?;
-        let applications: Vec<Application<'_>> = asked
+        let applications: Vec<EffectApplication<'_>> = asked
             .iter()
-            .map(|(effect, arguments, span)| Application {
+            .map(|(effect, arguments, span)| EffectApplication {
                 effect,
                 arguments: arguments.clone(),
                 span: *span,
             })
             .collect();
-        let blending = Blending::Applied;
+        let blending = EffectBlending::Applied;
         let applied = effects::apply(&asts, &applications, blending, &mut self.diagnostics).ok()?;
         let written = effects::write(&asts[0], &applied.asts[0], &applied.brought, &self.sources);
         let compiled =
@@ -111,7 +116,7 @@ impl Compilation {
     }
 
     fn rendered(&self) -> String {
-        render::render(&self.diagnostics.sorted(), &self.sources, render::Style::Plain)
+        render::render(&self.diagnostics.sorted(), &self.sources, render::RenderStyle::Plain)
     }
 
     fn codes(&self) -> Vec<String> {
@@ -273,16 +278,16 @@ fn examples(info: &CodeInfo) -> (String, String) {
 /// by files of theirs.
 fn has_whole_examples(code: Code) -> bool {
     let others = [
-        Code::E207,
-        Code::E211,
-        Code::E212,
-        Code::E213,
-        Code::E214,
-        Code::E217,
-        Code::E409,
-        Code::E411,
+        Code::UnknownVariant,
+        Code::ModelTooLarge,
+        Code::EffectMismatch,
+        Code::IncompleteEffect,
+        Code::ConflictingEffects,
+        Code::UnreadParameter,
+        Code::TooManyModes,
+        Code::DependentEquations,
     ];
-    (Code::E201..Code::E601).contains(&code) && !others.contains(&code)
+    (Code::UnknownName..Code::UnreadableFile).contains(&code) && !others.contains(&code)
 }
 
 #[test]

@@ -8,10 +8,10 @@ use std::alloc::{GlobalAlloc, Layout, System as Allocator};
 use std::cell::Cell;
 use std::fmt::Write;
 
-use dgd_execute::Loaded;
+use dgd_execute::LoadedSystem;
 use dgd_runtime::{
-    Column, Direction, Inputs, METHODS, Method, MethodKind, Options, Problem, Solution, Solved,
-    System, simulate, simulate_with_sensitivities,
+    Direction, InputColumn, Inputs, METHODS, Method, MethodKind, Options, Problem, Solution,
+    SolvableSystem, System, simulate, simulate_with_sensitivities,
 };
 
 use crate::golden::Goldens;
@@ -133,21 +133,21 @@ struct Ready<S> {
     times: &'static [f64],
 }
 
-impl Ready<Loaded> {
+impl Ready<LoadedSystem> {
     /// The case as machine code.
     fn new(case: &Case) -> Self {
         Self::of(native(&format!("models/{}.dgd", case.model), case.variants), case)
     }
 }
 
-impl<S: Solved> Ready<S> {
+impl<S: SolvableSystem> Ready<S> {
     fn of(system: S, case: &Case) -> Self {
         let signature = system.signature();
-        let columns: Vec<Column<'_>> = signature
+        let columns: Vec<InputColumn<'_>> = signature
             .inputs
             .iter()
             .zip(case.inputs)
-            .map(|(input, values)| Column {
+            .map(|(input, values)| InputColumn {
                 name: &input.name,
                 interpolation: input.interpolation,
                 values,
@@ -200,7 +200,7 @@ impl<S: Solved> Ready<S> {
     }
 }
 
-fn cases() -> impl Iterator<Item = (Ready<Loaded>, &'static Method)> {
+fn cases() -> impl Iterator<Item = (Ready<LoadedSystem>, &'static Method)> {
     CASES.iter().flat_map(|case| {
         METHODS.iter().filter_map(move |method| {
             let ready = Ready::new(case);

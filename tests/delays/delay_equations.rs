@@ -1,9 +1,9 @@
 //! Unknowns that act late, in equations, against closed forms and other integrations.
 
-use dgd_execute::Interpreted;
+use dgd_execute::InterpretedSystem;
 use dgd_runtime::{
-    Column, Inputs, Observations, Options, Problem, Solution, Solved, System, observe, simulate,
-    simulate_with_sensitivities,
+    InputColumn, Inputs, Observations, Options, Problem, Solution, SolvableSystem, System, observe,
+    simulate, simulate_with_sensitivities,
 };
 
 use crate::inline::system;
@@ -15,7 +15,7 @@ fn options() -> Options {
 }
 
 fn run(
-    system: &impl Solved,
+    system: &impl SolvableSystem,
     p: &[f64],
     inputs: &Inputs,
     times: &[f64],
@@ -56,7 +56,7 @@ fn decay(t: f64, [k, tau, u0]: [f64; 3]) -> [f64; 4] {
 }
 
 /// A model of that decay, with the rest of its text.
-fn decaying(rest: &str) -> Interpreted {
+fn decaying(rest: &str) -> InterpretedSystem {
     let head = "
 model decay
 parameter k   [1/s] = 1
@@ -342,7 +342,7 @@ equation x: der(x) = delay(u, c) - a*delay(x, r) - b*delay(x, s)
         };
         sum(t, 0) + 0.4 * sum(t - 1.0 - c, 1) - 0.7 * sum(t - 2.5 - c, 1)
     };
-    let columns = [Column {
+    let columns = [InputColumn {
         name: "u",
         interpolation: system.signature().inputs[0].interpolation,
         values: &[0.0, 0.4, -0.3, -0.3],
@@ -737,7 +737,7 @@ equation q: q = delay(u, c)
 equation x: der(x) = delay(q, tau)
 ",
     );
-    let columns = [Column {
+    let columns = [InputColumn {
         name: "u",
         interpolation: system.signature().inputs[0].interpolation,
         values: &[0.0, 1.5, 1.5],
@@ -873,7 +873,7 @@ equation x: der(x) = delay(q, tau) - 0.05 [1/s]*delay(x, 7.7 [s])
     );
     let stamps: Vec<f64> = (0..=300).map(f64::from).collect();
     let values: Vec<f64> = stamps.iter().map(|t| (0.3 * t).sin() + (1.1 * t).cos()).collect();
-    let columns = [Column {
+    let columns = [InputColumn {
         name: "u",
         interpolation: system.signature().inputs[0].interpolation,
         values: &values,
@@ -902,7 +902,7 @@ fn rows_within_a_step_read_what_they_need_of_a_long_history() {
     let values: Vec<f64> = (0..ROWS).map(|k| (k % 3) as f64).collect();
     let signature = system.signature();
     let (name, interpolation) = (&*signature.inputs[0].name, signature.inputs[0].interpolation);
-    let inputs = Inputs::recorded(&times, &[Column { name, interpolation, values: &values }]);
+    let inputs = Inputs::recorded(&times, &[InputColumn { name, interpolation, values: &values }]);
     let inputs = inputs.expect("inputs");
     let asked: Vec<f64> = (0..4 * (ROWS - 1)).map(|k| 0.25 * k as f64).collect();
     let problem = Problem { system: &system, p: &[1.5], inputs: &inputs, start: &[] };

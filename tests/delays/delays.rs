@@ -2,10 +2,10 @@
 
 use std::path::Path;
 
-use dgd_execute::Interpreted;
+use dgd_execute::InterpretedSystem;
 use dgd_runtime::{
-    Column, Inputs, Observations, Options, Problem, Solution, Solved, System, observe, simulate,
-    simulate_with_sensitivities,
+    InputColumn, Inputs, Observations, Options, Problem, Solution, SolvableSystem, System, observe,
+    simulate, simulate_with_sensitivities,
 };
 
 use crate::inline::system;
@@ -18,9 +18,9 @@ fn options() -> Options {
 }
 
 /// Recorded inputs, a list of samples for each declared input.
-fn recorded(system: &impl Solved, times: &[f64], values: &[&[f64]]) -> Inputs {
-    let columns: Vec<Column<'_>> = (system.signature().inputs.iter().zip(values))
-        .map(|(input, values)| Column {
+fn recorded(system: &impl SolvableSystem, times: &[f64], values: &[&[f64]]) -> Inputs {
+    let columns: Vec<InputColumn<'_>> = (system.signature().inputs.iter().zip(values))
+        .map(|(input, values)| InputColumn {
             name: &input.name,
             interpolation: input.interpolation,
             values,
@@ -30,7 +30,7 @@ fn recorded(system: &impl Solved, times: &[f64], values: &[&[f64]]) -> Inputs {
 }
 
 fn run(
-    system: &impl Solved,
+    system: &impl SolvableSystem,
     p: &[f64],
     inputs: &Inputs,
     times: &[f64],
@@ -168,9 +168,9 @@ output reading [m] = {reading}
 }
 
 fn problem_of<'a>(
-    system: &'a Interpreted,
-    other: &Problem<'a, Interpreted>,
-) -> Problem<'a, Interpreted> {
+    system: &'a InterpretedSystem,
+    other: &Problem<'a, InterpretedSystem>,
+) -> Problem<'a, InterpretedSystem> {
     Problem { system, p: other.p, inputs: other.inputs, start: other.start }
 }
 
@@ -248,7 +248,8 @@ equation lag: 1 [s] * der(x) = delay(u, tau) - x
 /// jumps of a held input, kinks of a linear one, four delays.
 #[test]
 fn sensitivities_to_delays_agree_with_differences() {
-    let system = Interpreted::new(compiled(Path::new("models/delayed_sensor.dgd"), &[]).program);
+    let system =
+        InterpretedSystem::new(compiled(Path::new("models/delayed_sensor.dgd"), &[]).program);
     let signature = system.signature();
     let p: Vec<f64> = signature.parameters.iter().map(|x| x.value).collect();
     let lpm = signature.inputs[0].unit.factor;
@@ -330,7 +331,7 @@ mod generated {
 #[test]
 fn generated_and_interpreted_runs_give_the_same_bits() {
     let interpreted =
-        Interpreted::new(compiled(Path::new("models/delayed_sensor.dgd"), &[]).program);
+        InterpretedSystem::new(compiled(Path::new("models/delayed_sensor.dgd"), &[]).program);
     let p: Vec<f64> = interpreted.signature().parameters.iter().map(|x| x.value).collect();
     let lpm = interpreted.signature().inputs[0].unit.factor;
     let flow = [300.0 * lpm, 420.0 * lpm, 360.0 * lpm];
@@ -344,7 +345,8 @@ fn generated_and_interpreted_runs_give_the_same_bits() {
 /// The same of unknowns that act late: what a run keeps of its past is one routine over both.
 #[test]
 fn generated_and_interpreted_runs_with_a_past_give_the_same_bits() {
-    let interpreted = Interpreted::new(compiled(Path::new("models/remote_level.dgd"), &[]).program);
+    let interpreted =
+        InterpretedSystem::new(compiled(Path::new("models/remote_level.dgd"), &[]).program);
     let p: Vec<f64> = interpreted.signature().parameters.iter().map(|x| x.value).collect();
     let lpm = interpreted.signature().inputs[0].unit.factor;
     let inputs =

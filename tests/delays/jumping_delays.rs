@@ -3,10 +3,10 @@
 //! x = e^−kt, and 1 before the start, is read a time τ ago, which is constant between jumps. With I(a) = ∫₀ᵃ x, a reading
 //! z of ż = x(t − τ) grows by I(b − τ) − I(a − τ) from a to b.
 
-use dgd_execute::Interpreted;
+use dgd_execute::InterpretedSystem;
 use dgd_runtime::{
-    Column, Inputs, METHODS, Observations, Options, Problem, Solution, Solved, System, observe,
-    simulate, simulate_with_sensitivities,
+    InputColumn, Inputs, METHODS, Observations, Options, Problem, Solution, SolvableSystem, System,
+    observe, simulate, simulate_with_sensitivities,
 };
 
 use crate::inline::system;
@@ -17,7 +17,7 @@ fn options(tolerance: f64) -> Options {
 
 #[track_caller]
 fn run(
-    system: &impl Solved,
+    system: &impl SolvableSystem,
     p: &[f64],
     inputs: &Inputs,
     times: &[f64],
@@ -58,7 +58,7 @@ fn read(t: f64, k: f64, jumps: &[[f64; 2]]) -> [f64; 2] {
 }
 
 /// The model with the rest of its text, which gives `length`.
-fn model(rest: &str) -> Interpreted {
+fn model(rest: &str) -> InterpretedSystem {
     system(&format!(
         "model late
          parameter k [1/s] = 0.3
@@ -77,7 +77,7 @@ fn model(rest: &str) -> Interpreted {
 /// those that follow.
 #[track_caller]
 fn verify<const P: usize>(
-    system: &Interpreted,
+    system: &InterpretedSystem,
     inputs: &Inputs,
     p: [f64; P],
     times: &[f64],
@@ -119,9 +119,9 @@ fn between(until: f64) -> Vec<f64> {
     grid.chain([until]).collect()
 }
 
-fn held(system: &Interpreted, stamps: &[f64], values: &[f64]) -> Inputs {
+fn held(system: &InterpretedSystem, stamps: &[f64], values: &[f64]) -> Inputs {
     let interpolation = system.signature().inputs[0].interpolation;
-    Inputs::recorded(stamps, &[Column { name: "w", interpolation, values }]).expect("inputs")
+    Inputs::recorded(stamps, &[InputColumn { name: "w", interpolation, values }]).expect("inputs")
 }
 
 /// Longer, shorter, to before the start, to nothing but d.
@@ -243,7 +243,7 @@ fn methods_agree_on_a_length_that_jumps() {
 /// What x is read with where `length` is an unknown, with all that is known of it: τ and its derivatives.
 #[track_caller]
 fn verify_unknown(
-    system: &Interpreted,
+    system: &InterpretedSystem,
     p: &[f64],
     times: &[f64],
     tau: impl Fn(f64, &[f64]) -> f64,

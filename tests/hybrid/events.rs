@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use dgd_runtime::{Column, Inputs, IntegrateError, Interpolation, System, UndefinedCause};
+use dgd_runtime::{InputColumn, Inputs, IntegrateError, Interpolation, System, UndefinedCause};
 
 use crate::exact::{
     assert_close, assert_slopes_are_differences, event_times, run, run_with, slopes, value,
@@ -170,7 +170,7 @@ fn a_when_may_watch_time_and_inputs() {
     );
     let samples: Vec<f64> = (0..8).map(f64::from).collect();
     let values = [0.0, 1.0, 0.0, 0.0, 1.0, 1.0, 0.0, 1.0];
-    let column = Column { name: "u", interpolation: Interpolation::Hold, values: &values };
+    let column = InputColumn { name: "u", interpolation: Interpolation::Hold, values: &values };
     let inputs = Inputs::recorded(&samples, &[column]).expect("inputs");
     let solution = run_with(&counter, &[2.5], &inputs, &[0.0, 3.5, 8.0]).expect("a solution");
     assert_close(solution.y(1), &[1.0, 10.35], CLOSE);
@@ -195,8 +195,11 @@ saturate h <= rim
 fn a_state_stays_within_both_bounds() {
     let basin = system(&BASIN.replace("if h >= rim then gain*q else 0", "0"));
     let samples = [0.0, 3.0, 8.0, 9.0];
-    let column =
-        Column { name: "q", interpolation: Interpolation::Hold, values: &[0.5, -0.4, 0.1, 0.1] };
+    let column = InputColumn {
+        name: "q",
+        interpolation: Interpolation::Hold,
+        values: &[0.5, -0.4, 0.1, 0.1],
+    };
     let inputs = Inputs::recorded(&samples, &[column]).expect("inputs");
     let times = [0.0, 1.0, 2.5, 4.0, 7.5, 9.0];
     let p = [2.0, 0.5, 1.0];
@@ -238,8 +241,11 @@ fn a_bound_can_be_a_linear_input() {
          saturate h <= lid",
     );
     let samples = [0.0, 4.0, 8.0];
-    let column =
-        Column { name: "lid", interpolation: Interpolation::Linear, values: &[2.0, 4.0, 14.0] };
+    let column = InputColumn {
+        name: "lid",
+        interpolation: Interpolation::Linear,
+        values: &[2.0, 4.0, 14.0],
+    };
     let inputs = Inputs::recorded(&samples, &[column]).expect("inputs");
     // It meets the lid at t = 4, where the lid begins to rise faster than it can.
     let times = [0.0, 3.0, 5.0];
@@ -334,7 +340,7 @@ fn a_valve_keeps_the_return_line_from_flowing_back() {
     // The pump stops at 100 s, the riser fills, and at 300 s the pump starts again.
     let times = [0.0, 100.0, 300.0, 600.0];
     let (w, q_b, q_t) = ([0.9, 0.0, 0.9, 0.9], [0.02; 4], [0.002; 4]);
-    let column = |name, interpolation, values| Column { name, interpolation, values };
+    let column = |name, interpolation, values| InputColumn { name, interpolation, values };
     let inputs = Inputs::recorded(
         &times,
         &[
@@ -373,7 +379,7 @@ fn a_bound_that_jumps_takes_a_state_along_or_leaves_it_behind() {
          saturate h <= lid",
     );
     // It meets the lid at 2 s, follows it up from 3 s on, is pressed down at 5 s, and at once free.
-    let column = Column {
+    let column = InputColumn {
         name: "lid",
         interpolation: Interpolation::Hold,
         values: &[2.0, 4.0, 1.0, 9.0, 9.0],

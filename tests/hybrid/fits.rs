@@ -1,7 +1,7 @@
 //! Fits of models that switch, from values that are off.
 
-use dgd_execute::Interpreted;
-use dgd_identify::{Noise, OutputErrorProblem, Recording, fit, fit_from};
+use dgd_execute::InterpretedSystem;
+use dgd_identify::{NoiseSource, OutputErrorProblem, Recording, fit, fit_from};
 use dgd_runtime::{Inputs, Options, Problem, System, observe, simulate};
 
 use crate::inline;
@@ -74,7 +74,7 @@ const CLOSE: f64 = 0.2;
 
 /// How many of the starts lead to the least deviance, by a fit of the whole recording, and from many starts.
 fn successes(model: &str, end: f64, starts: usize) -> [usize; 2] {
-    let system: Interpreted = inline::system(model);
+    let system: InterpretedSystem = inline::system(model);
     let signature = system.signature();
     let p: Vec<f64> = signature.parameters.iter().map(|p| p.value).collect();
     let times: Vec<f64> = (0..=240).map(|k| end * f64::from(k) / 240.0).collect();
@@ -91,7 +91,7 @@ fn successes(model: &str, end: f64, starts: usize) -> [usize; 2] {
     let measured = measured.collect();
     let recordings = [Recording::new(times, inputs, measured)];
     let problem = OutputErrorProblem {
-        noise: sigma.iter().map(|sigma| Some(Noise::Known(*sigma))).collect(),
+        noise: sigma.iter().map(|sigma| Some(NoiseSource::Known(*sigma))).collect(),
         ..OutputErrorProblem::new(&system, &p, &recordings)
     };
     let least = fit(&problem).expect("from the truth").deviance;

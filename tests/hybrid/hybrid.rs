@@ -2,12 +2,12 @@
 
 use dgd_compiler::diagnostics::{Diagnostics, render};
 use dgd_compiler::model::ModelOptions;
-use dgd_compiler::pipeline::{Directions, compile};
-use dgd_compiler::source::{Source, Sources};
+use dgd_compiler::pipeline::{SensitivityDirections, compile};
+use dgd_compiler::source::{SourceMap, SourceText};
 use dgd_compiler::syntax::ast::Name;
-use dgd_execute::Interpreted;
+use dgd_execute::InterpretedSystem;
 use dgd_runtime::{
-    Column, Inputs, IntegrateError, Interpolation, Problem, UndefinedCause, consistent_start,
+    InputColumn, Inputs, IntegrateError, Interpolation, Problem, UndefinedCause, consistent_start,
     observe, simulate, simulate_with_sensitivities,
 };
 
@@ -19,22 +19,28 @@ use crate::support;
 /// the few hundred steps of these cases stays within a factor of a hundred of the tolerance.
 const CLOSE: f64 = 1e-8;
 
-fn model(text: &str) -> Interpreted {
+fn model(text: &str) -> InterpretedSystem {
     model_with(text, Vec::new())
 }
 
-fn model_with(text: &str, variants: Vec<(Name, Name)>) -> Interpreted {
-    let (mut sources, mut diagnostics) = (Sources::default(), Diagnostics::default());
-    let main = Source { name: "model.dgd".to_owned(), text: format!("model m\n{text}") };
+fn model_with(text: &str, variants: Vec<(Name, Name)>) -> InterpretedSystem {
+    let (mut sources, mut diagnostics) = (SourceMap::default(), Diagnostics::default());
+    let main = SourceText { name: "model.dgd".to_owned(), text: format!("model m\n{text}") };
     let mut read = |_: &str| Err("no imports".to_owned());
     let options = ModelOptions { variants, ..ModelOptions::default() };
-    let compiled =
-        compile(main, &options, &Directions::All, &mut read, &mut sources, &mut diagnostics);
+    let compiled = compile(
+        main,
+        &options,
+        &SensitivityDirections::All,
+        &mut read,
+        &mut sources,
+        &mut diagnostics,
+    );
     let compiled = compiled.unwrap_or_else(|_| {
-        let shown = render::render(&diagnostics.sorted(), &sources, render::Style::Plain);
+        let shown = render::render(&diagnostics.sorted(), &sources, render::RenderStyle::Plain);
         panic!("{shown}")
     });
-    Interpreted::new(compiled.program)
+    InterpretedSystem::new(compiled.program)
 }
 
 #[track_caller]
@@ -44,7 +50,12 @@ fn assert_close(found: &[f64], expected: &[f64]) {
 
 /// All sensitivities at the last time against central differences, extrapolated once.
 #[track_caller]
-fn assert_slopes_are_differences(system: &Interpreted, inputs: &Inputs, times: &[f64], close: f64) {
+fn assert_slopes_are_differences(
+    system: &InterpretedSystem,
+    inputs: &Inputs,
+    times: &[f64],
+    close: f64,
+) {
     exact::assert_slopes_within(system, inputs, times, close, [1e-6, 0.0]);
 }
 
@@ -308,8 +319,11 @@ fn a_held_input_that_jumps_triggers_a_transition_at_its_sample() {
          }",
     );
     let samples = [0.0, 1.0, 2.0, 5.0];
-    let column =
-        Column { name: "u", interpolation: Interpolation::Hold, values: &[3.0, 4.0, 0.5, 6.0] };
+    let column = InputColumn {
+        name: "u",
+        interpolation: Interpolation::Hold,
+        values: &[3.0, 4.0, 0.5, 6.0],
+    };
     let inputs = Inputs::recorded(&samples, &[column]).expect("inputs");
     let p = [1.0, 2.0];
     let times = [0.0, 1.5, 2.0, 4.0, 5.0, 6.0];
@@ -351,7 +365,7 @@ modes line {
 #[test]
 fn a_line_drains_and_refills_with_the_sensitivities_of_differences() {
     let system = model(LINE);
-    let column = Column {
+    let column = InputColumn {
         name: "u",
         interpolation: Interpolation::Linear,
         values: &[1.5, 1.5, 0.0, 0.0, 1.7, 1.7],
@@ -473,7 +487,7 @@ fn two_blocks_of_modes_are_independent() {
 }
 
 /// The effect as a user would write it into the model file: the boost line before the riser.
-fn with_booster_line(flow: &str) -> Interpreted {
+fn with_booster_line(flow: &str) -> InterpretedSystem {
     let path = support::root().join("models/mud_circulation.dgd");
     let text = std::fs::read_to_string(path).expect("the model");
     let (_, text) = text.split_once("model mud_circulation").expect("its first line");
@@ -516,7 +530,7 @@ fn a_booster_line_drains_in_both_forms_of_the_riser_model() {
         .map(lpm)
         .collect();
     let (speed, top) = (vec![0.93; times.len()], vec![lpm(100.0); times.len()]);
-    let column = |name, interpolation, values| Column { name, interpolation, values };
+    let column = |name, interpolation, values| InputColumn { name, interpolation, values };
     let inputs = Inputs::recorded(
         &times,
         &[
@@ -576,7 +590,7 @@ fn a_transition_that_a_late_input_triggers_moves_with_the_delay() {
     for (tau, v_from, by_v) in [(3.5, 30.0, 0.0), (3.0, 30.0, 0.0), (3.0, 7.0, 2.0 * 0.1)] {
         let (u, v) = (step(4.0), step(v_from));
         let columns = [("u", &u), ("v", &v)];
-        let columns = columns.map(|(name, values)| Column {
+        let columns = columns.map(|(name, values)| InputColumn {
             name,
             interpolation: Interpolation::Hold,
             values,
@@ -688,7 +702,7 @@ modes speed {
 
 /// A constant input.
 fn held(name: &str, value: f64) -> Inputs {
-    let column = Column { name, interpolation: Interpolation::Hold, values: &[value, value] };
+    let column = InputColumn { name, interpolation: Interpolation::Hold, values: &[value, value] };
     Inputs::recorded(&[0.0, 10.0], &[column]).expect("a recording")
 }
 

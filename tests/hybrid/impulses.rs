@@ -3,7 +3,7 @@
 
 use std::fmt::Write as _;
 
-use dgd_execute::Interpreted;
+use dgd_execute::InterpretedSystem;
 use dgd_runtime::{
     Inputs, JumpCause, METHODS, Options, Problem, Solution, System, consistent_start,
     simulate_with_sensitivities,
@@ -15,7 +15,7 @@ use crate::inline;
 /// How well closed forms are met, relative to the largest number of the case.
 const CLOSE: f64 = 1e-8;
 
-fn model(text: &str) -> Interpreted {
+fn model(text: &str) -> InterpretedSystem {
     inline::system(&format!("model m\n{text}"))
 }
 
@@ -25,7 +25,7 @@ fn assert_close(found: &[f64], expected: &[f64]) {
 }
 
 /// A run by the n-th method that suits algebraic equations.
-fn run_by(system: &Interpreted, method: usize, times: &[f64]) -> Solution {
+fn run_by(system: &InterpretedSystem, method: usize, times: &[f64]) -> Solution {
     let (p, inputs) = (parameters(system), Inputs::none());
     let problem = Problem { system, p: &p, inputs: &inputs, start: &[] };
     let options = Options { method: &METHODS[method], rtol: 1e-10, atol: 1e-10, ..options() };
@@ -34,11 +34,11 @@ fn run_by(system: &Interpreted, method: usize, times: &[f64]) -> Solution {
     solution
 }
 
-fn run(system: &Interpreted, times: &[f64]) -> Solution {
+fn run(system: &InterpretedSystem, times: &[f64]) -> Solution {
     run_by(system, 0, times)
 }
 
-fn last(system: &Interpreted, solution: &Solution, names: &[&str]) -> Vec<f64> {
+fn last(system: &InterpretedSystem, solution: &Solution, names: &[&str]) -> Vec<f64> {
     let k = solution.len() - 1;
     names.iter().map(|name| value(system, solution, name, k)).collect()
 }

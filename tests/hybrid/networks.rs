@@ -1,7 +1,7 @@
 //! Networks of diodes, valves and amplifiers at their limits: algebraic equations made of linear pieces, against
 //! solutions that try all combinations of pieces.
 
-use dgd_execute::Interpreted;
+use dgd_execute::InterpretedSystem;
 use dgd_runtime::{
     AutomatonKind, Inputs, METHODS, Method, Options, Problem, Solution, System, UndefinedCause,
     simulate,
@@ -18,7 +18,12 @@ fn method(name: &str) -> &'static Method {
 }
 
 /// A run without sensitivities, to a relative tolerance.
-fn run_by(system: &Interpreted, method: &'static Method, times: &[f64], rtol: f64) -> Solution {
+fn run_by(
+    system: &InterpretedSystem,
+    method: &'static Method,
+    times: &[f64],
+    rtol: f64,
+) -> Solution {
     let (p, inputs) = (parameters(system), Inputs::none());
     let problem = Problem { system, p: &p, inputs: &inputs, start: &[] };
     let options = Options { method, rtol, atol: rtol, ..Options::default() };

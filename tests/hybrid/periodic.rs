@@ -1,8 +1,8 @@
 //! `every`, and values that are held between: states and sensitivities against closed forms and differences.
 
-use dgd_execute::Interpreted;
+use dgd_execute::InterpretedSystem;
 use dgd_runtime::{
-    Column, Inputs, Interpolation, Options, Problem, find_method, observe, simulate,
+    InputColumn, Inputs, Interpolation, Options, Problem, find_method, observe, simulate,
 };
 
 use crate::exact::{
@@ -99,7 +99,7 @@ fn a_controller_reads_a_sample_that_comes_at_its_tick() {
     );
     let samples = [0.0, 0.3, 0.7];
     let values = [1.0, 2.0, 5.0];
-    let column = Column { name: "w", interpolation: Interpolation::Hold, values: &values };
+    let column = InputColumn { name: "w", interpolation: Interpolation::Hold, values: &values };
     let inputs = Inputs::recorded(&samples, &[column]).expect("inputs");
     let times = [0.0, 0.25, 0.3, 0.65, 0.7, 0.71];
     let solution = run_with(&system, &[], &inputs, &times).expect("a run");
@@ -177,7 +177,7 @@ fn every_method_ticks() {
     }
 }
 
-fn outputs(system: &Interpreted, times: &[f64]) -> Vec<Vec<f64>> {
+fn outputs(system: &InterpretedSystem, times: &[f64]) -> Vec<Vec<f64>> {
     let (p, inputs) = (parameters(system), Inputs::none());
     let problem = Problem { system, p: &p, inputs: &inputs, start: &[] };
     let solution = simulate(&problem, times, &options()).expect("a run");
@@ -206,7 +206,7 @@ fn either_of_two_conditions_resets_and_both_at_once_reset_once() {
 }
 
 /// Which of two tasks acts first is told by whether the second has read what the first has just written.
-fn tasks(first: &str, second: &str, declared: &str) -> Interpreted {
+fn tasks(first: &str, second: &str, declared: &str) -> InterpretedSystem {
     system(&format!(
         "model tasks\n{declared}\nheld a = 0\nheld b = 0\nheld late = 0\n\
          every {first} {{ reset a = a + 1 }}\n\
@@ -247,7 +247,7 @@ fn ticks_that_coincide_act_in_the_order_of_the_file() {
     }
 }
 
-fn tasks_reversed(first: &str, second: &str, declared: &str) -> Interpreted {
+fn tasks_reversed(first: &str, second: &str, declared: &str) -> InterpretedSystem {
     system(&format!(
         "model tasks\n{declared}\nheld a = 0\nheld late = 0\n\
          every {first} {{ reset late = late + (if mod(a, 3) > 0.5 and mod(a, 3) < 1.5 then 0 else 1) }}\n\
@@ -255,7 +255,7 @@ fn tasks_reversed(first: &str, second: &str, declared: &str) -> Interpreted {
     ))
 }
 
-fn run_plain(system: &Interpreted, times: &[f64]) -> dgd_runtime::Solution {
+fn run_plain(system: &InterpretedSystem, times: &[f64]) -> dgd_runtime::Solution {
     let (p, inputs) = (parameters(system), Inputs::none());
     let problem = Problem { system, p: &p, inputs: &inputs, start: &[] };
     simulate(&problem, times, &options()).expect("a run")

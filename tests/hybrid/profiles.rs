@@ -3,8 +3,8 @@
 
 use dgd_compiler::expr::curve::Curve;
 use dgd_compiler::expr::curve::interpolate::through;
-use dgd_compiler::syntax::ast::{Beyond, Shape};
-use dgd_execute::Interpreted;
+use dgd_compiler::syntax::ast::{TableExtrapolation, TableInterpolation};
+use dgd_execute::InterpretedSystem;
 use dgd_runtime::{
     Failure, Inputs, IntegrateError, Options, Problem, Solution, find_method, simulate,
     simulate_with_sensitivities,
@@ -34,7 +34,7 @@ fn with(method: &str, rtol: f64) -> Options {
     Options { method, rtol, atol: rtol, ..Options::default() }
 }
 
-fn run_by(system: &Interpreted, times: &[f64], given: &Options) -> Result<Solution, Failure> {
+fn run_by(system: &InterpretedSystem, times: &[f64], given: &Options) -> Result<Solution, Failure> {
     let (p, inputs) = (parameters(system), Inputs::none());
     simulate(&Problem { system, p: &p, inputs: &inputs, start: &[] }, times, given)
 }
@@ -43,9 +43,9 @@ fn written(points: &[(f64, f64)]) -> String {
     points.iter().map(|(x, y)| format!("({x}, {y})")).collect::<Vec<_>>().join(", ")
 }
 
-fn curve(points: &[(f64, f64)], shape: Shape) -> Curve {
+fn curve(points: &[(f64, f64)], shape: TableInterpolation) -> Curve {
     let (x, y): (Vec<f64>, Vec<f64>) = points.iter().copied().unzip();
-    through(shape, Beyond::Hold, &x, &y)
+    through(shape, TableExtrapolation::Hold, &x, &y)
 }
 
 /// ∫ from 0 to b, of cubic pieces.
@@ -75,7 +75,7 @@ fn tank(
     shape: &str,
     declared: &str,
     argument: &str,
-) -> Interpreted {
+) -> InterpretedSystem {
     system(&format!(
         "model tank\n{declared}\ntable flow(t [{unit}]) [l/s] = {} {shape}, beyond hold\n\
          state V [l] = 0\nequation V: der(V) = flow({argument})\noutput q [l/s] = flow({argument})",
@@ -83,13 +83,17 @@ fn tank(
     ))
 }
 
-fn volume(system: &Interpreted, solution: &Solution, k: usize) -> f64 {
+fn volume(system: &InterpretedSystem, solution: &Solution, k: usize) -> f64 {
     value(system, solution, "V", k) * 1e3
 }
 
 #[test]
 fn no_method_loses_a_peak() {
-    let shapes = [("linear", Shape::Linear), ("pchip", Shape::Pchip), ("natural", Shape::Natural)];
+    let shapes = [
+        ("linear", TableInterpolation::Linear),
+        ("pchip", TableInterpolation::Pchip),
+        ("natural", TableInterpolation::Natural),
+    ];
     for (unit, seconds) in [("s", 1.0), ("min", 60.0), ("h", 3600.0)] {
         for (text, shape) in shapes {
             for points in [&PEAK[..], &STEPS[..]] {
@@ -119,10 +123,10 @@ fn peaks_at_arguments_that_time_moves() {
                     equation tau: der(tau) = 1";
     let until = 1900.0;
     for (points, shape, text) in [
-        (&PEAK[..], Shape::Linear, "linear"),
-        (&PEAK[..], Shape::Pchip, "pchip"),
-        (&STEPS[..], Shape::Linear, "linear"),
-        (&STEPS[..], Shape::Natural, "natural"),
+        (&PEAK[..], TableInterpolation::Linear, "linear"),
+        (&PEAK[..], TableInterpolation::Pchip, "pchip"),
+        (&STEPS[..], TableInterpolation::Linear, "linear"),
+        (&STEPS[..], TableInterpolation::Natural, "natural"),
     ] {
         let curve = curve(points, shape);
         let of = |x: f64| integral(&curve, x);
@@ -160,10 +164,10 @@ fn peaks_at_arguments_that_time_moves() {
 #[test]
 fn derivatives_to_a_shift_are_exact() {
     for (points, shape, text) in [
-        (&PEAK[..], Shape::Pchip, "pchip"),
-        (&PEAK[..], Shape::Linear, "linear"),
-        (&STEPS[..], Shape::Linear, "linear"),
-        (&STEPS[..], Shape::Natural, "natural"),
+        (&PEAK[..], TableInterpolation::Pchip, "pchip"),
+        (&PEAK[..], TableInterpolation::Linear, "linear"),
+        (&STEPS[..], TableInterpolation::Linear, "linear"),
+        (&STEPS[..], TableInterpolation::Natural, "natural"),
     ] {
         let curve = curve(points, shape);
         let system = tank(points, "s", text, "parameter t_0 [s] = 12.5", "time - t_0");
@@ -272,7 +276,7 @@ fn a_prescribed_motion_is_differentiated() {
     let solution = run(&system, &[0.0, 1.5, 5.0]);
     // J is 2 kg times what v has changed by.
     let points = [(0.0, 0.0), (1.0, 0.1), (2.0, 0.5), (3.0, 0.5), (10.0, 0.2)];
-    let speed = curve(&points, Shape::Natural).derivative();
+    let speed = curve(&points, TableInterpolation::Natural).derivative();
     for (k, t) in [(1, 1.5), (2, 5.0)] {
         let expected = 2.0 * (speed.value(t) - speed.value(0.0));
         assert_close(&[value(&system, &solution, "J", k)], &[expected], 1e-7);

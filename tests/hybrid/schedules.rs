@@ -3,10 +3,10 @@
 
 use std::f64::consts::{PI, TAU};
 
-use dgd_compiler::expr::intrinsics::{Definition, INTRINSICS};
-use dgd_execute::Interpreted;
+use dgd_compiler::expr::intrinsics::{INTRINSICS, IntrinsicDefinition};
+use dgd_execute::InterpretedSystem;
 use dgd_runtime::{
-    Column, Inputs, IntegrateError, Interpolation, METHODS, Options, Problem, Solution,
+    InputColumn, Inputs, IntegrateError, Interpolation, METHODS, Options, Problem, Solution,
     UndefinedCause, encloses, simulate, simulate_with_sensitivities,
 };
 
@@ -18,7 +18,7 @@ const CLOSE: f64 = 1e-9;
 
 /// Runs a model with every method that takes it, at loose tolerances: nothing but its crossings limits the step.
 fn with_all_methods(
-    system: &Interpreted,
+    system: &InterpretedSystem,
     inputs: &Inputs,
     times: &[f64],
     check: impl Fn(&str, &Solution),
@@ -29,7 +29,7 @@ fn with_all_methods(
 /// The same to a tolerance.
 fn with_all_methods_to(
     rtol: f64,
-    system: &Interpreted,
+    system: &InterpretedSystem,
     inputs: &Inputs,
     times: &[f64],
     check: impl Fn(&str, &Solution),
@@ -202,7 +202,7 @@ fn runs_that_begin_late_or_early_find_the_same_ripples() {
 }
 
 /// A model whose E is the time during which a condition holds.
-fn open(condition: &str) -> Interpreted {
+fn open(condition: &str) -> InterpretedSystem {
     system(&format!(
         "model shutter
          table profile(t [s]) = (0, 0), (100, 1), (101, 5), (102, 1), (400, 0) linear, beyond hold
@@ -216,7 +216,7 @@ fn open(condition: &str) -> Interpreted {
 fn ramps() -> (Inputs, impl Fn(f64) -> f64) {
     let times = [0.0, 90.0, 200.0, 1000.0];
     let values = [0.0, 40.0, -10.0, 70.0];
-    let column = Column { name: "u", interpolation: Interpolation::Linear, values: &values };
+    let column = InputColumn { name: "u", interpolation: Interpolation::Linear, values: &values };
     let inputs = Inputs::recorded(&times, &[column]).expect("inputs");
     let u = move |t: f64| {
         let k = times[1..3].iter().filter(|begin| **begin <= t).count();
@@ -510,7 +510,8 @@ fn a_peak_of_an_input_at_a_threshold_ends_derivatives() {
     let p = parameters(&system);
     for (peak, touches) in [(5.0, true), (4.999, false)] {
         let values = [0.0, 1.0, peak, 1.0];
-        let column = Column { name: "u", interpolation: Interpolation::Linear, values: &values };
+        let column =
+            InputColumn { name: "u", interpolation: Interpolation::Linear, values: &values };
         let inputs = Inputs::recorded(&[0.0, 1.0, 2.0, 3.0], &[column]).expect("inputs");
         let problem = Problem { system: &system, p: &p, inputs: &inputs, start: &[] };
         let solution = simulate_with_sensitivities(&problem, &[0.0, 1.5, 3.0], &options())
@@ -589,7 +590,7 @@ fn sensitivities_are_those_of_every_method() {
 #[test]
 fn every_function_has_an_enclosure() {
     for function in INTRINSICS {
-        if !matches!(function.definition, Definition::Expansion(..)) {
+        if !matches!(function.definition, IntrinsicDefinition::Expansion(..)) {
             assert!(encloses(function.name), "{}", function.name);
         }
     }

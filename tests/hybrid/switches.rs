@@ -1,7 +1,7 @@
 //! `if`, `min`, `max`, `abs` and `sign` as events, and solutions that slide along them.
 
 use dgd_runtime::{
-    AutomatonKind, Column, Inputs, Interpolation, Options, Problem, System,
+    AutomatonKind, InputColumn, Inputs, Interpolation, Options, Problem, System,
     simulate_with_sensitivities,
 };
 
@@ -143,7 +143,7 @@ equation momentum: m * der(v) = pull - friction*sign(v)
 ";
 
 fn pulled(times: &[f64], values: &[f64]) -> Inputs {
-    let column = Column { name: "pull", interpolation: Interpolation::Linear, values };
+    let column = InputColumn { name: "pull", interpolation: Interpolation::Linear, values };
     Inputs::recorded(times, &[column]).expect("inputs")
 }
 
@@ -367,7 +367,7 @@ fn a_clamped_controller_slides_along_its_clamp_and_leaves_it() {
     let at = changes.map(|(t, ..)| t);
     let sets = changes.map(|(_, celsius, _)| 273.15 + celsius);
     let flows = changes.map(|(.., lpm)| lpm / 6e4);
-    let held = |name, values| Column { name, interpolation: Interpolation::Hold, values };
+    let held = |name, values| InputColumn { name, interpolation: Interpolation::Hold, values };
     let columns = [held("T_set", &sets[..]), held("q", &flows[..])];
     let inputs = Inputs::recorded(&at, &columns).expect("inputs");
     let times: Vec<f64> = (0..=144).map(|k| 100.0 * f64::from(k)).collect();
@@ -621,7 +621,8 @@ fn a_jump_that_the_sign_of_a_temperature_hides_is_located() {
          equation y: der(y) = sign(if x > 1 then (T - 20 [°C])/10 [K] else -1)/1 [s]",
     );
     let times = [0.0, 3.0];
-    let columns = [Column { name: "T", interpolation: Interpolation::Hold, values: &[300.0; 2] }];
+    let columns =
+        [InputColumn { name: "T", interpolation: Interpolation::Hold, values: &[300.0; 2] }];
     let inputs = Inputs::recorded(&times, &columns).expect("inputs");
     let solution = run_with(&system, &parameters(&system), &inputs, &times).expect("a solution");
     // y = -t until 1/c, then it rises.
@@ -640,7 +641,7 @@ fn a_surface_that_an_input_tears_off_is_left() {
          equation x: der(x) = (if x <= level then v else -1)/1 [s]",
     );
     let (at, levels) = ([0.0, 1.0, 1.75, 4.0], [0.5, -1.0, 2.0, 2.0]);
-    let column = Column { name: "level", interpolation: Interpolation::Hold, values: &levels };
+    let column = InputColumn { name: "level", interpolation: Interpolation::Hold, values: &levels };
     let inputs = Inputs::recorded(&at, &[column]).expect("inputs");
     let times = [0.0, 0.75, 1.0, 1.5, 1.75, 2.0];
     let p = parameters(&system);

@@ -1,7 +1,7 @@
 //! Tables: their knots and ends as events, and solutions against closed forms, differences and SciPy.
 
 use dgd_compiler::diagnostics::Diagnostics;
-use dgd_compiler::source::Sources;
+use dgd_compiler::source::SourceMap;
 use dgd_data::read;
 use dgd_runtime::{
     AutomatonKind, Inputs, IntegrateError, Problem, System, observe, simulate,
@@ -162,7 +162,7 @@ fn the_filling_pump_needs_the_power_that_scipy_gives() {
         &compiled(&root().join(path), &[]),
         &root().join("tests/reference/filling_pump_inputs.csv"),
     );
-    let (mut sources, mut diagnostics) = (Sources::default(), Diagnostics::default());
+    let (mut sources, mut diagnostics) = (SourceMap::default(), Diagnostics::default());
     let reference = root().join("tests/reference/filling_pump_power.csv");
     let reference = read(&reference, &mut sources, &mut diagnostics).expect("a table");
     let times = reference.time.as_deref().expect("times");

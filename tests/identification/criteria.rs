@@ -31,8 +31,10 @@ fn a_fit_has_the_criteria_that_compare_has() {
         [(model, csv, Some(-33.063)), (&in_cm, &csv_in_cm, None), (&two, &csv_of_two, None)]
     {
         let other = model.replace("= 0.5  in", "= 0.4  in");
-        let files =
-            InMemory::default().with("m.dgd", model).with("o.dgd", other).with("d.csv", csv);
+        let files = InMemory::default()
+            .with_file("m.dgd", model)
+            .with_file("o.dgd", other)
+            .with_file("d.csv", csv);
         let session = Session::new(&Silent).with_files(&files);
         let request = FitRequest::new("m.dgd", vec!["d.csv".into()]);
         let fitted = fit(&request, session).unwrap_or_else(|error| panic!("{error}"));
@@ -65,9 +67,9 @@ fn a_fit_has_the_criteria_that_compare_has() {
 fn noise_by_a_formula_has_the_same_criteria_in_both() {
     let model = include_str!("found/relative_noise_far_start.dgd");
     let files = InMemory::default()
-        .with("m.dgd", model)
-        .with("o.dgd", model.replace("0.05*abs(y)", "0.1*abs(y)"))
-        .with("d.csv", include_str!("found/white_relative_noise.csv"));
+        .with_file("m.dgd", model)
+        .with_file("o.dgd", model.replace("0.05*abs(y)", "0.1*abs(y)"))
+        .with_file("d.csv", include_str!("found/white_relative_noise.csv"));
     let session = Session::new(&Silent).with_files(&files);
     let request = FitRequest::new("m.dgd", vec!["d.csv".into()]);
     let alone = fit(&request, session).unwrap_or_else(|error| panic!("{error}"));
@@ -84,7 +86,7 @@ fn noise_by_a_formula_has_the_same_criteria_in_both() {
 fn a_state_that_its_first_reading_determines_has_learnt_from_it() {
     let csv = include_str!("found/track.csv");
     let said = |model: &str, csv: &str| {
-        let files = InMemory::default().with("m.dgd", model).with("d.csv", csv);
+        let files = InMemory::default().with_file("m.dgd", model).with_file("d.csv", csv);
         let session = Session::new(&Silent).with_files(&files);
         let mut request = TrackRequest::new("m.dgd", "d.csv");
         request.start_std = vec!["x=1".to_owned(), "v=1".to_owned()];
@@ -110,7 +112,7 @@ fn a_state_that_its_first_reading_determines_has_learnt_from_it() {
 
 #[test]
 fn a_constant_output_has_the_column_of_its_noise_by_a_formula() {
-    let files = InMemory::default().with("m.dgd", include_str!("found/cn.dgd"));
+    let files = InMemory::default().with_file("m.dgd", include_str!("found/cn.dgd"));
     let session = Session::new(&Silent).with_files(&files);
     let mut run = RunRequest::new("m.dgd");
     run.solve.until = Some(1.0);

@@ -1,9 +1,9 @@
 //! Noise that is more than a number: estimates, standard errors and likelihoods against SciPy's.
 
-use dgd_execute::Interpreted;
+use dgd_execute::InterpretedSystem;
 use dgd_identify::{
-    EstimateError, Fit, Loss, Noise, OutputErrorProblem, Recording, TrialFailed, TrialFailure,
-    WrongReading, fit, profile,
+    EstimateError, Fit, Loss, NoiseSource, OutputErrorProblem, Recording, TrialFailed,
+    TrialFailure, WrongReading, fit, profile,
 };
 use dgd_runtime::{Inputs, Options, System};
 
@@ -56,7 +56,7 @@ const TWO: [f64; 40] = [
     1.1554, 1.137, 1.032, 0.9279,
 ];
 
-fn decay(noise: &str) -> Interpreted {
+fn decay(noise: &str) -> InterpretedSystem {
     system(&format!(
         "model decay\n\
          parameter c0 [mol/m^3] = 4.5 in 0.1 .. 100\n\
@@ -67,7 +67,7 @@ fn decay(noise: &str) -> Interpreted {
     ))
 }
 
-fn recorded(system: &Interpreted, readings: &[(&str, &[f64])]) -> Recording {
+fn recorded(system: &InterpretedSystem, readings: &[(&str, &[f64])]) -> Recording {
     let times: Vec<f64> = (0..40).map(|k| 2.0 * f64::from(k)).collect();
     let of = |name: &str| readings.iter().find(|(of, _)| *of == name).map(|(_, all)| all.to_vec());
     let measured = system.signature().outputs.iter().map(|output| of(&output.name));
@@ -75,17 +75,17 @@ fn recorded(system: &Interpreted, readings: &[(&str, &[f64])]) -> Recording {
 }
 
 fn problem<'a>(
-    system: &'a Interpreted,
+    system: &'a InterpretedSystem,
     p: &'a [f64],
     recordings: &'a [Recording],
 ) -> OutputErrorProblem<'a> {
     let signature = system.signature();
     let noise = |i: usize| {
         recordings[0].measured[i].as_ref()?;
-        let density = signature.density(i).map(Noise::Density);
+        let density = signature.density(i).map(NoiseSource::Density);
         let is_recorded = recordings[0].deviations_of(i).is_some();
-        let given = is_recorded.then_some(Noise::Recorded);
-        Some(density.or(given).unwrap_or(Noise::Estimated))
+        let given = is_recorded.then_some(NoiseSource::Recorded);
+        Some(density.or(given).unwrap_or(NoiseSource::Estimated))
     };
     OutputErrorProblem {
         noise: (0..signature.outputs.len()).map(noise).collect(),
@@ -233,12 +233,12 @@ fn each_reading_has_its_own_deviation() {
 fn a_formula_that_is_a_number_weighs_as_the_number_does() {
     let number = decay("output c [mol/m^3]  noise 0.1");
     let formula = decay("output c [mol/m^3]  noise 0.1 [mol/m^3] + 0*abs(c)");
-    let fitted = |system: &Interpreted| {
+    let fitted = |system: &InterpretedSystem| {
         let (p, recordings) = (declared(system), [recorded(system, &[("c", &ONE)])]);
         let mut problem = problem(system, &p, &recordings);
         for noise in &mut problem.noise {
             *noise = noise.map(|noise| match noise {
-                Noise::Estimated => Noise::Known(0.1),
+                NoiseSource::Estimated => NoiseSource::Known(0.1),
                 other => other,
             });
         }

@@ -2,10 +2,13 @@
 
 use std::path::Path;
 
-use dgd_compiler::pipeline::Directions;
-use dgd_execute::Loaded;
-use dgd_identify::filter::{Estimator, Filter, FilterProblem, Row, Sample, Tuning, Walk};
-use dgd_runtime::{Column, Inputs, Interpolation, Options, System};
+use dgd_compiler::pipeline::SensitivityDirections;
+use dgd_execute::LoadedSystem;
+use dgd_identify::filter::{
+    FilterAlgorithm, FilterProblem, FilterSample, FilterTuning, RandomWalk, RunningFilter,
+    TrackedRow,
+};
+use dgd_runtime::{InputColumn, Inputs, Interpolation, Options, System};
 use rand_pcg::Pcg64;
 
 use crate::normal;
@@ -17,14 +20,16 @@ pub(crate) fn tight() -> Options {
 }
 
 /// A model, with sensitivities to the parameters and start values of these names.
-pub(crate) fn system(text: &str, free: &[&str]) -> Loaded {
+pub(crate) fn system(text: &str, free: &[&str]) -> LoadedSystem {
     let free = free.iter().map(|text| support::name(text)).collect();
-    let directions = Directions::Tracked { free, fixed: Vec::new() };
-    Loaded::new(compiled_text(Path::new("m.dgd"), text.to_owned(), (&[], &[]), &directions).program)
+    let directions = SensitivityDirections::Tracked { free, fixed: Vec::new() };
+    LoadedSystem::new(
+        compiled_text(Path::new("m.dgd"), text.to_owned(), (&[], &[]), &directions).program,
+    )
 }
 
 /// The model's own parameters.
-pub(crate) fn declared(system: &Loaded) -> Vec<f64> {
+pub(crate) fn declared(system: &LoadedSystem) -> Vec<f64> {
     system.signature().parameters.iter().map(|parameter| parameter.value).collect()
 }
 
@@ -49,11 +54,16 @@ pub(crate) struct Data {
 }
 
 /// What a filter makes of data.
-pub(crate) fn rows(problem: &FilterProblem<'_>, tuning: &Tuning, data: &Data) -> Vec<Row> {
-    let sample = |k: usize| Sample { t: data.t[k], u: &data.u[k], measured: &data.measured[k] };
-    let (mut filter, first) = Filter::begin(problem, tuning, sample(0)).expect("a filter");
+pub(crate) fn rows(
+    problem: &FilterProblem<'_>,
+    tuning: &FilterTuning,
+    data: &Data,
+) -> Vec<TrackedRow> {
+    let sample =
+        |k: usize| FilterSample { t: data.t[k], u: &data.u[k], measured: &data.measured[k] };
+    let (mut filter, first) = RunningFilter::begin(problem, tuning, sample(0)).expect("a filter");
     let rest = (1..data.t.len()).map(|k| filter.step(sample(k)).expect("a row"));
-    let rest: Vec<Row> = rest.collect();
+    let rest: Vec<TrackedRow> = rest.collect();
     std::iter::once(first).chain(rest).collect()
 }
 
@@ -63,22 +73,22 @@ pub(crate) fn close(found: f64, expected: f64, tolerance: f64) {
 }
 
 /// Standard deviations at the start and rates of states and parameters, and noise of outputs.
-pub(crate) fn tuning(states: &[[f64; 2]], parameters: &[[f64; 2]], noise: &[f64]) -> Tuning {
-    let walk = |[start, rate]: &[f64; 2]| Walk { start: *start, rate: *rate };
-    Tuning {
+pub(crate) fn tuning(states: &[[f64; 2]], parameters: &[[f64; 2]], noise: &[f64]) -> FilterTuning {
+    let walk = |[start, rate]: &[f64; 2]| RandomWalk { start: *start, rate: *rate };
+    FilterTuning {
         states: states.iter().map(walk).collect(),
         parameters: parameters.iter().map(walk).collect(),
         noise: noise.iter().map(|sigma| Some(*sigma)).collect(),
     }
 }
 
-pub(crate) fn recursive(forgetting_factor: f64) -> Estimator {
-    Estimator::Recursive { forgetting_factor, most_covariance: 1.0 }
+pub(crate) fn recursive(forgetting_factor: f64) -> FilterAlgorithm {
+    FilterAlgorithm::Recursive { forgetting_factor, most_covariance: 1.0 }
 }
 
 /// The inputs of data with one, held between its rows.
 pub(crate) fn held_inputs(data: &Data) -> Inputs {
     let u: Vec<f64> = data.u.iter().map(|u| u[0]).collect();
-    let column = Column { name: "u", interpolation: Interpolation::Hold, values: &u };
+    let column = InputColumn { name: "u", interpolation: Interpolation::Hold, values: &u };
     Inputs::recorded(&data.t, &[column]).expect("inputs")
 }

@@ -1,12 +1,15 @@
 //! Filters against closed forms, against each other, and against the statistics that they promise.
 
-use dgd_execute::Loaded;
+use dgd_execute::LoadedSystem;
 use dgd_identify::filter::{
-    Alarm, Estimator, Filter, FilterError, FilterProblem, Level, LevelEstimate, PredictionError,
-    PredictionErrorProblem, Row, Sample, Spread, prediction_error, prediction_error_profiles,
-    usual_tuning,
+    FilterAlgorithm, FilterError, FilterProblem, FilterSample, InnovationAlarm, LevelEstimate,
+    NoiseLevelSource, PredictionError, PredictionErrorProblem, RunningFilter, SigmaSpread,
+    TrackedRow, prediction_error, prediction_error_profiles, usual_tuning,
 };
-use dgd_identify::{Bound, End, Noise, OutputErrorProblem, Recording, Term, fit, profiles};
+use dgd_identify::{
+    BoundReached, CombinationTerm, NoiseSource, OutputErrorProblem, ProfileEnd, Recording, fit,
+    profiles,
+};
 use dgd_runtime::{Options, System};
 
 use crate::filtering::{
@@ -60,7 +63,9 @@ fn a_linear_model_has_kalmans_filter_and_its_steady_covariance() {
         expected.push((m, variance.sqrt()));
     }
     let tuning = tuning(&[[start, rate]], &[], &[sigma]);
-    for estimator in [Estimator::ExtendedKalman, Estimator::Unscented(Spread::default())] {
+    for estimator in
+        [FilterAlgorithm::ExtendedKalman, FilterAlgorithm::Unscented(SigmaSpread::default())]
+    {
         let problem = FilterProblem {
             free: free.clone(),
             estimator,
@@ -128,7 +133,9 @@ fn errors_and_innovations_are_as_large_as_the_filter_says() {
     let p = declared(&system);
     let (runs, n, rate, sigma, k_std) = (60, 80, 0.3, 0.2, 0.25);
     let tuning = tuning(&[[1.0, rate]], &[[k_std, 0.0]], &[sigma]);
-    for estimator in [Estimator::ExtendedKalman, Estimator::Unscented(Spread::default())] {
+    for estimator in
+        [FilterAlgorithm::ExtendedKalman, FilterAlgorithm::Unscented(SigmaSpread::default())]
+    {
         let problem = FilterProblem { estimator, ..FilterProblem::new(&system, &p) };
         let (mut nis, mut products, mut squares) = (0.0, 0.0, 0.0);
         let (mut of_state, mut of_gain) = ([0.0; 3], [0.0; 3]);
@@ -183,8 +190,10 @@ fn algebraic_unknowns_follow_the_states() {
         measured: (0..60).map(|_| vec![2.0 + 0.05 * random.next()]).collect(),
     };
     let tuning = tuning(&[[0.5, 0.05]], &[[0.2, 0.01]], &[0.05]);
-    for estimator in [Estimator::ExtendedKalman, Estimator::Unscented(Spread::default())] {
-        let of = |system: &Loaded| {
+    for estimator in
+        [FilterAlgorithm::ExtendedKalman, FilterAlgorithm::Unscented(SigmaSpread::default())]
+    {
+        let of = |system: &LoadedSystem| {
             let p = declared(system);
             let problem =
                 FilterProblem { estimator, options: tight(), ..FilterProblem::new(system, &p) };
@@ -194,7 +203,7 @@ fn algebraic_unknowns_follow_the_states() {
             close(a.states[0].value, b.states[0].value, 1e-8);
             close(a.states[0].std, b.states[0].std, 1e-8);
             close(a.parameters[0].value, b.parameters[0].value, 1e-8);
-            let std = |row: &Row| row.innovations[0].expect("measured").std;
+            let std = |row: &TrackedRow| row.innovations[0].expect("measured").std;
             close(std(a), std(&b), 1e-8);
         }
     }
@@ -287,7 +296,7 @@ fn friction_that_doubles_in_an_hour_is_followed() {
     let w: Vec<f64> = (0..n).map(|k| 0.9 + 0.05 * f64::from((k / 90) % 3)).collect();
     let q: Vec<f64> = vec![0.02; n as usize];
     let zeros = vec![0.0; n as usize];
-    let column = |name, values| dgd_runtime::Column {
+    let column = |name, values| dgd_runtime::InputColumn {
         name,
         interpolation: dgd_runtime::Interpolation::Hold,
         values,
@@ -308,9 +317,11 @@ fn friction_that_doubles_in_an_hour_is_followed() {
         .collect();
     let u: Vec<Vec<f64>> = (0..n as usize).map(|k| vec![w[k], q[k], 0.0]).collect();
     let data = Data { t: times, u, measured };
-    for estimator in [Estimator::ExtendedKalman, Estimator::Unscented(Spread::default())] {
+    for estimator in
+        [FilterAlgorithm::ExtendedKalman, FilterAlgorithm::Unscented(SigmaSpread::default())]
+    {
         let problem = FilterProblem { estimator, ..FilterProblem::new(&system, &p) };
-        let first = Sample { t: 0.0, u: &data.u[0], measured: &data.measured[0] };
+        let first = FilterSample { t: 0.0, u: &data.u[0], measured: &data.measured[0] };
         let tuning = usual_tuning(&problem, first).expect("a start");
         let rows = rows(&problem, &tuning, &data);
         let f2 = p[system.signature().parameters.iter().position(|p| p.name == "F2").expect("F2")];
@@ -331,7 +342,7 @@ fn friction_that_doubles_in_an_hour_is_followed() {
 fn recorded(truths: &[Truth]) -> Vec<Recording> {
     let of = |truth: &Truth| {
         let u: Vec<f64> = truth.data.u.iter().map(|u| u[0]).collect();
-        let column = dgd_runtime::Column {
+        let column = dgd_runtime::InputColumn {
             name: "u",
             interpolation: dgd_runtime::Interpolation::Hold,
             values: &u,
@@ -388,13 +399,13 @@ fn prediction_error_without_process_noise_is_output_error() {
     let recordings = recorded(&[lagging(31, 300, 0.1, 0.0, 0.2)]);
     let options = Options { rtol: 1e-10, atol: 1e-10, ..Options::default() };
     let known = PredictionErrorProblem {
-        rates: vec![Level::Known(0.0)],
-        noise: vec![Some(Level::Known(0.2))],
+        rates: vec![NoiseLevelSource::Known(0.0)],
+        noise: vec![Some(NoiseLevelSource::Known(0.2))],
         options,
         ..PredictionErrorProblem::new(&system, &p, &recordings)
     };
     let simulated = OutputErrorProblem {
-        noise: vec![Some(Noise::Known(0.2))],
+        noise: vec![Some(NoiseSource::Known(0.2))],
         options,
         ..OutputErrorProblem::new(&system, &p, &recordings)
     };
@@ -415,17 +426,21 @@ fn prediction_error_without_process_noise_is_output_error() {
     for (a, b) in along.iter().zip(&expected) {
         let std = found.estimates[a.estimate].std.expect("determined");
         for (a, b) in [(a.lower, b.lower), (a.upper, b.upper)] {
-            assert!(matches!((a, b), (End::Interval(_), End::Interval(_))), "{a:?} {b:?}");
+            assert!(
+                matches!((a, b), (ProfileEnd::Interval(_), ProfileEnd::Interval(_))),
+                "{a:?} {b:?}"
+            );
             close(a.value(), b.value(), 5e-3 * std);
         }
         for ((a, b), estimate) in a.at_upper.iter().zip(&b.at_upper).zip(&found.estimates) {
             close(*a, *b, 2e-2 * estimate.std.expect("determined"));
         }
-        let names = |terms: &[Term]| terms.iter().map(|term| term.estimate).collect::<Vec<_>>();
+        let names =
+            |terms: &[CombinationTerm]| terms.iter().map(|term| term.estimate).collect::<Vec<_>>();
         assert_eq!(names(&a.with_upper), names(&b.with_upper));
     }
     // Sought, the process noise is not told from none: estimates move by less than half their deviation.
-    let sought = PredictionErrorProblem { rates: vec![Level::Estimated], ..known };
+    let sought = PredictionErrorProblem { rates: vec![NoiseLevelSource::Estimated], ..known };
     let sought = prediction_error(&sought).expect("estimates");
     for (a, b) in sought.estimates.iter().zip(&of_simulation.estimates) {
         close(a.value, b.value, 0.5 * b.std.expect("determined"));
@@ -453,7 +468,7 @@ fn a_state_that_does_not_stray_has_no_process_noise() {
         assert!(termination.is_converged() && *iterations < 20, "{termination:?} {iterations}");
         let LevelEstimate { value, log_std, at_bound } = found.rates[0];
         match at_bound {
-            Some(bound) => assert_eq!((bound, value, log_std), (Bound::Lower, 0.0, None)),
+            Some(bound) => assert_eq!((bound, value, log_std), (BoundReached::Lower, 0.0, None)),
             None => assert!(value < 0.03 && log_std.expect("determined") > 0.2, "{value}"),
         }
     }
@@ -477,7 +492,8 @@ fn samples_that_are_counted_are_those_that_are_used() {
         }
         let recordings = recorded(&[truth]);
         let problem = PredictionErrorProblem::new(&system, &p, &recordings);
-        let problem = PredictionErrorProblem { noise: vec![Some(Level::Known(0.2))], ..problem };
+        let problem =
+            PredictionErrorProblem { noise: vec![Some(NoiseLevelSource::Known(0.2))], ..problem };
         prediction_error(&problem).expect("estimates")
     };
     let (with, without) = (of(0.7), of(f64::NAN));
@@ -494,11 +510,12 @@ fn bad_rows_are_named_and_leave_the_filter_as_it_was() {
     let (u, none) = ([1.0], [f64::NAN]);
     let sample = |t: f64, y: f64| (t, [y]);
     let begin = |(t, y): (f64, [f64; 1])| {
-        Filter::begin(&problem, &tuning, Sample { t, u: &u, measured: &y }).expect("a filter")
+        RunningFilter::begin(&problem, &tuning, FilterSample { t, u: &u, measured: &y })
+            .expect("a filter")
     };
     let (mut filter, first) = begin(sample(0.0, 0.1));
     assert_eq!(first.samples, 1);
-    let mut step = |t: f64, u: &[f64], y: &[f64]| filter.step(Sample { t, u, measured: y });
+    let mut step = |t: f64, u: &[f64], y: &[f64]| filter.step(FilterSample { t, u, measured: y });
     let before = step(1.0, &u, &[0.2]).expect("a row");
     // Backwards in time.
     let error = step(0.5, &u, &[0.2]).expect_err("backwards").to_string();
@@ -520,7 +537,11 @@ fn bad_rows_are_named_and_leave_the_filter_as_it_was() {
     assert!(row.failure.is_none() && row.states[0].std < 0.3);
     assert_eq!(filter.missing_inputs(), [1]);
 
-    let error = Filter::begin(&problem, &tuning, Sample { t: 0.0, u: &none, measured: &[1.0] });
+    let error = RunningFilter::begin(
+        &problem,
+        &tuning,
+        FilterSample { t: 0.0, u: &none, measured: &[1.0] },
+    );
     assert!(matches!(error.err(), Some(FilterError::FirstInput { input }) if input == "u"));
 }
 
@@ -536,9 +557,11 @@ fn a_filter_that_has_lost_its_way_says_so() {
     }
     let tuning = tuning(&[[1.0, 0.001]], &[], &[0.3]);
     let rows = rows(&problem, &tuning, &truth.data);
-    let alarms: Vec<(usize, Alarm)> =
+    let alarms: Vec<(usize, InnovationAlarm)> =
         rows.iter().enumerate().filter_map(|(k, row)| Some((k, row.alarm?))).collect();
-    assert!(matches!(alarms[..], [(100..120, Alarm::Diverged { ratio, .. })] if ratio > 1.5));
+    assert!(
+        matches!(alarms[..], [(100..120, InnovationAlarm::Diverged { ratio, .. })] if ratio > 1.5)
+    );
 }
 
 /// Where the model cannot be evaluated the row says so, and a good sample brings the filter back; many such
@@ -557,14 +580,14 @@ output y [1] = x  noise 0.1 [1]
     let problem = FilterProblem { free: vec![false; 2], ..FilterProblem::new(&system, &p) };
     let tuning = tuning(&[[1.0, 0.1]], &[], &[0.1]);
     let run = |measured: &dyn Fn(usize) -> f64| {
-        let first = Sample { t: 0.0, u: &[], measured: &[measured(0)] };
-        let (mut filter, _) = Filter::begin(&problem, &tuning, first).expect("a filter");
+        let first = FilterSample { t: 0.0, u: &[], measured: &[measured(0)] };
+        let (mut filter, _) = RunningFilter::begin(&problem, &tuning, first).expect("a filter");
         (1..30)
-            .map(|k| filter.step(Sample { t: k as f64, u: &[], measured: &[measured(k)] }))
+            .map(|k| filter.step(FilterSample { t: k as f64, u: &[], measured: &[measured(k)] }))
             .collect::<Vec<_>>()
     };
     let survived = run(&|k| if k == 3 { -5.0 } else { 0.8 });
-    let rows: Vec<&Row> = survived.iter().map(|row| row.as_ref().expect("a row")).collect();
+    let rows: Vec<&TrackedRow> = survived.iter().map(|row| row.as_ref().expect("a row")).collect();
     let failed: Vec<f64> =
         rows.iter().filter(|row| row.failure.is_some()).map(|row| row.t).collect();
     assert!(!failed.is_empty() && failed.iter().all(|t| (4.0..10.0).contains(t)), "{failed:?}");
@@ -618,7 +641,7 @@ fn hybrid_data() -> Data {
 /// Estimates are the run's, and their covariance is S P₀ Sᵀ with its sensitivities.
 #[track_caller]
 fn predicts_like(
-    system: &Loaded,
+    system: &LoadedSystem,
     data: &Data,
     solution: &dgd_runtime::Solution,
     states: &[f64],
@@ -634,7 +657,7 @@ fn predicts_like(
         dgd_runtime::Direction::Parameter(_) => *left.next().expect("one for each free parameter"),
     };
     let sigma: Vec<f64> = system.signature().directions.iter().map(sigma).collect();
-    for estimator in [Estimator::ExtendedKalman, recursive(1.0)] {
+    for estimator in [FilterAlgorithm::ExtendedKalman, recursive(1.0)] {
         let problem =
             FilterProblem { estimator, options: tight(), ..FilterProblem::new(system, &p) };
         assert_eq!(problem.states(), (0..states.len()).collect::<Vec<_>>());
@@ -692,7 +715,7 @@ fn modes_go_along_with_the_prediction_and_so_does_the_covariance() {
     predicts_like(&system, &data, &solution, &[1e-3, 2e-3, 3e-3, 4e-3], &[5e-3, 6e-3, 7e-3]);
     // Sigma points without a spread go through the same modes.
     let none = self::tuning(&[[0.0, 0.0]; 4], &[[0.0, 0.0]; 3], &[0.1, 0.1]);
-    let estimator = Estimator::Unscented(Spread::default());
+    let estimator = FilterAlgorithm::Unscented(SigmaSpread::default());
     let problem = FilterProblem { estimator, options: tight(), ..FilterProblem::new(&system, &p) };
     for (k, row) in rows(&problem, &none, &data).iter().enumerate() {
         for (state, y) in row.states.iter().zip(solution.y(k)) {
@@ -766,7 +789,8 @@ output y [m] = h  noise 0.01 [m]
         let e = 0.8 + std[2] * random.next();
         let read = |t: &f64| vec![height(h, v, e, *t)[0] + 0.01 * random.next()];
         let data = nothing(t.iter().map(read).collect());
-        let estimators = [Estimator::ExtendedKalman, Estimator::Unscented(Spread::default())];
+        let estimators =
+            [FilterAlgorithm::ExtendedKalman, FilterAlgorithm::Unscented(SigmaSpread::default())];
         for (k, estimator) in estimators.into_iter().enumerate() {
             let problem = FilterProblem { estimator, ..problem.clone() };
             let found = rows(&problem, &tuning, &data);
@@ -806,7 +830,8 @@ output q [1] = z*x        noise 0.1 [1]
     let times = [0.0, 0.5, 1.7, 2.0, 4.1, 6.0, 8.0, 8.0, 8.9, 11.0, 12.5, 15.0, 15.0, 16.0, 19.0];
     let u: Vec<f64> = times.iter().enumerate().map(|(k, _)| [1.0, 0.3, 2.0][k / 7]).collect();
     let v: Vec<f64> = (0..times.len()).map(|k| (k as f64 * 1.3).sin()).collect();
-    let column = |name, values, interpolation| dgd_runtime::Column { name, interpolation, values };
+    let column =
+        |name, values, interpolation| dgd_runtime::InputColumn { name, interpolation, values };
     let columns = [
         column("u", &u[..], dgd_runtime::Interpolation::Hold),
         column("v", &v[..], dgd_runtime::Interpolation::Linear),
@@ -821,9 +846,11 @@ output q [1] = z*x        noise 0.1 [1]
         measured: (0..times.len()).map(|k| vec![k as f64, 2.0]).collect(),
     };
     let tuning = tuning(&[[0.0, 0.0], [0.0, 0.0]], &[], &[0.1, 0.1]);
-    for estimator in
-        [Estimator::ExtendedKalman, Estimator::Unscented(Spread::default()), recursive(1.0)]
-    {
+    for estimator in [
+        FilterAlgorithm::ExtendedKalman,
+        FilterAlgorithm::Unscented(SigmaSpread::default()),
+        recursive(1.0),
+    ] {
         let problem = FilterProblem {
             free: vec![false; system.signature().directions.len()],
             estimator,

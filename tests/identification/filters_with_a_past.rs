@@ -4,7 +4,9 @@
 use crate::filtering::{
     Data, Normal, close, declared, held_inputs, recursive, rows, system, tight, tuning,
 };
-use dgd_identify::filter::{Estimator, Filter, FilterProblem, Row, Sample, Spread};
+use dgd_identify::filter::{
+    FilterAlgorithm, FilterProblem, FilterSample, RunningFilter, SigmaSpread, TrackedRow,
+};
 use dgd_runtime::{Direction, Problem, System, observe, simulate, simulate_with_sensitivities};
 
 /// A level whose outflow follows what the level was, and that is also read from afar.
@@ -104,7 +106,7 @@ fn on_a_grid(data: &Data, [x_std, rate]: [f64; 2], a_std: f64) -> Vec<[(f64, f64
     all
 }
 
-fn found(data: &Data, estimator: Estimator, walk: [f64; 2], a_std: f64) -> Vec<Row> {
+fn found(data: &Data, estimator: FilterAlgorithm, walk: [f64; 2], a_std: f64) -> Vec<TrackedRow> {
     let system = system(REMOTE, &["a"]);
     let p = declared(&system);
     let options = tight();
@@ -114,7 +116,7 @@ fn found(data: &Data, estimator: Estimator, walk: [f64; 2], a_std: f64) -> Vec<R
 
 /// Root mean squares over all rows, for the level and a: differences of means and of standard deviations, over
 /// that of the standard deviations.
-fn apart(rows: &[Row], expected: &[[(f64, f64); 2]]) -> [[f64; 2]; 2] {
+fn apart(rows: &[TrackedRow], expected: &[[(f64, f64); 2]]) -> [[f64; 2]; 2] {
     [0, 1].map(|i| {
         let mut sums = [0.0_f64; 3];
         for (row, expected) in rows.iter().zip(expected) {
@@ -133,7 +135,10 @@ fn the_past_is_as_uncertain_as_one_that_is_all_remembered() {
         let data = recorded(each, rate);
         let expected = on_a_grid(&data, [0.5, rate], 0.1);
         let by = |estimator| apart(&found(&data, estimator, [0.5, rate], 0.1), &expected);
-        [by(Estimator::ExtendedKalman), by(Estimator::Unscented(Spread::default()))]
+        [
+            by(FilterAlgorithm::ExtendedKalman),
+            by(FilterAlgorithm::Unscented(SigmaSpread::default())),
+        ]
     };
     // Between two rows what was changes with them in a straight line: of second order in their distance.
     let [[wide, _], [close, _]] = [50, 25].map(|each| found_with(0.0, each));
@@ -194,9 +199,11 @@ fn without_uncertainty_a_filter_with_a_past_is_a_simulation() {
     assert!(solution.z.windows(2).filter(|z| z[0] != z[1]).count() > 1, "the valve moves");
     let simulated = observe(&run, &solution);
     let tuning = tuning(&[[0.0, 0.0]; 2], &[[0.0, 0.0]; 2], &[0.1, 0.1]);
-    for estimator in
-        [Estimator::ExtendedKalman, Estimator::Unscented(Spread::default()), recursive(1.0)]
-    {
+    for estimator in [
+        FilterAlgorithm::ExtendedKalman,
+        FilterAlgorithm::Unscented(SigmaSpread::default()),
+        recursive(1.0),
+    ] {
         let problem =
             FilterProblem { estimator, options: tight(), ..FilterProblem::new(&system, &p) };
         for (k, row) in rows(&problem, &tuning, &data).iter().enumerate() {
@@ -252,7 +259,7 @@ fn the_covariance_is_that_of_the_sensitivities_of_one_run() {
         }
         most
     };
-    for estimator in [Estimator::ExtendedKalman, recursive(1.0)] {
+    for estimator in [FilterAlgorithm::ExtendedKalman, recursive(1.0)] {
         let (wide, close) = (apart(0.4, estimator), apart(0.2, estimator));
         assert!(wide[0] < 2e-3 && 3.0 * close[0] < wide[0], "{wide:?} {close:?}");
         // An output that reads between a kink and the next row has a derivative to the delay that jumped at
@@ -268,8 +275,8 @@ fn what_a_filter_does_not_follow_is_named() {
         let p = declared(&system);
         let problem = FilterProblem::new(&system, &p);
         let tuning = tuning(&[[1.0, 0.1]], &[[0.1, 0.0]], &[0.1, 0.1]);
-        let first = Sample { t: 0.0, u: &[1.0], measured: &[0.0; 2] };
-        Filter::begin(&problem, &tuning, first).err().expect("refused").to_string()
+        let first = FilterSample { t: 0.0, u: &[1.0], measured: &[0.0; 2] };
+        RunningFilter::begin(&problem, &tuning, first).err().expect("refused").to_string()
     };
     let error = refused(&REMOTE.replace("delay(x, 2.3 [s])", "delay(x, 1 [s] + x*x * 1 [s])"));
     assert!(error.contains("what `x` was, at a delay that varies"), "{error}");

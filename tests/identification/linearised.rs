@@ -2,14 +2,14 @@
 
 use std::path::Path;
 
-use dgd_compiler::pipeline::Directions;
-use dgd_execute::Interpreted;
+use dgd_compiler::pipeline::SensitivityDirections;
+use dgd_execute::InterpretedSystem;
 use dgd_identify::{
-    EstimateError, Fit, Misfit, Noise, Nonlinear, OutputErrorProblem, Recording, Stepping,
-    TrialFailed, TrialFailure, fit, nonlinear, outputs_with_sensitivities,
+    EstimateError, Fit, FitStepping, NoiseSource, NonlinearModel, OutputErrorProblem, OutputMisfit,
+    Recording, TrialFailed, TrialFailure, fit, nonlinear, outputs_with_sensitivities,
 };
 use dgd_runtime::linearize::{LinearAt, NotLinearised, SteadyStateError};
-use dgd_runtime::{Column, Direction, Inputs, Interpolation, Options, System};
+use dgd_runtime::{Direction, InputColumn, Inputs, Interpolation, Options, System};
 use rand_pcg::Pcg64;
 
 use super::{HEATER, SIGMA, close, declared, heated, known, normal, system};
@@ -31,7 +31,7 @@ fn at_mean(recording: &Recording) -> LinearAt {
 /// The parts of a simulation that fits see, at p and start, against extrapolated differences of the outputs
 /// alone, relative to the largest of each column. Returns the largest difference.
 fn worst_derivative(
-    system: &Interpreted,
+    system: &InterpretedSystem,
     recording: &Recording,
     p: &[f64],
     start: &[(usize, f64)],
@@ -100,7 +100,7 @@ fn a_linear_model_is_its_own_linear_model() {
         fitted(&linearised(&recordings, at_mean)),
         fitted(&linearised(&recordings, |_| LinearAt::Reached(30.0))),
     ] {
-        assert!(matches!(linear.stepping, Stepping::Exact));
+        assert!(matches!(linear.stepping, FitStepping::Exact));
         assert!(linear.termination.is_converged());
         for (i, (a, b)) in linear.estimates.iter().zip(&itself.estimates).enumerate() {
             close(a.value, b.value, 1e-8 * b.value.abs());
@@ -138,7 +138,7 @@ output depth [m] = delay(float + gain*0.1*level^2/(1 [m]), late)  noise 1e-3 [m]
 ";
 
 /// A recording of the tank around an inflow of 0.1 m³/s, without noise.
-fn tank(system: &Interpreted, p: &[f64], amplitude: f64) -> Recording {
+fn tank(system: &InterpretedSystem, p: &[f64], amplitude: f64) -> Recording {
     let times: Vec<f64> = (0..240).map(|k| 1.5 * f64::from(k)).collect();
     let inflow: Vec<f64> = times
         .iter()
@@ -146,8 +146,8 @@ fn tank(system: &Interpreted, p: &[f64], amplitude: f64) -> Recording {
         .collect();
     let pull: Vec<f64> = (0..240).map(|k| amplitude * [1.0, -1.0, 0.5, 0.0][k / 15 % 4]).collect();
     let columns = [
-        Column { name: "inflow", interpolation: Interpolation::Linear, values: &inflow },
-        Column { name: "pull", interpolation: Interpolation::Hold, values: &pull },
+        InputColumn { name: "inflow", interpolation: Interpolation::Linear, values: &inflow },
+        InputColumn { name: "pull", interpolation: Interpolation::Hold, values: &pull },
     ];
     let inputs = Inputs::recorded(&times, &columns).expect("inputs");
     let mut recording = Recording::new(times, inputs, vec![None, None]);
@@ -184,8 +184,8 @@ fn noisy(mut recording: Recording, seed: u64, size: f64) -> Recording {
     recording
 }
 
-fn fit_tank(system: &Interpreted, p: &[f64], recordings: &[Recording]) -> Fit {
-    let noise = vec![Some(Noise::Known(1e-3)); 2];
+fn fit_tank(system: &InterpretedSystem, p: &[f64], recordings: &[Recording]) -> Fit {
+    let noise = vec![Some(NoiseSource::Known(1e-3)); 2];
     let found =
         fit(&OutputErrorProblem { noise, ..OutputErrorProblem::new(system, p, recordings) })
             .expect("a fit");
@@ -229,8 +229,8 @@ fn what_linearising_costs_goes_with_the_amplitude() {
 #[test]
 fn the_mud_circulation_is_found_close_to_its_operating_point() {
     let path = Path::new("models/mud_circulation.dgd");
-    let directions = Directions::Estimated { free: Vec::new(), fixed: Vec::new() };
-    let system = Interpreted::new(compiled_with(path, &[], &directions).program);
+    let directions = SensitivityDirections::Estimated { free: Vec::new(), fixed: Vec::new() };
+    let system = InterpretedSystem::new(compiled_with(path, &[], &directions).program);
     let truth = declared(&system);
     let lpm = 1e-3 / 60.0;
     // Steps of the pump's speed by a hundredth, and slow changes of the boost.
@@ -240,9 +240,9 @@ fn the_mud_circulation_is_found_close_to_its_operating_point() {
     let boost: Vec<f64> = times.iter().map(|t| (1850.0 + 8.0 * (0.011 * t).sin()) * lpm).collect();
     let fill: Vec<f64> = (0..900).map(|k| (290.0 + [0.0, 4.0][k / 150 % 2]) * lpm).collect();
     let columns = [
-        Column { name: "w_ssp", interpolation: Interpolation::Hold, values: &speed },
-        Column { name: "q_boost", interpolation: Interpolation::Linear, values: &boost },
-        Column { name: "q_tf", interpolation: Interpolation::Hold, values: &fill },
+        InputColumn { name: "w_ssp", interpolation: Interpolation::Hold, values: &speed },
+        InputColumn { name: "q_boost", interpolation: Interpolation::Linear, values: &boost },
+        InputColumn { name: "q_tf", interpolation: Interpolation::Hold, values: &fill },
     ];
     let inputs = Inputs::recorded(&times, &columns).expect("inputs");
     let mut recording = Recording::new(times, inputs, vec![None; 4]);
@@ -262,7 +262,7 @@ fn the_mud_circulation_is_found_close_to_its_operating_point() {
         .zip(system.signature().parameters.iter())
         .map(|(p, of)| if of.name == "M_ssp" { 2.0 * p } else { 1.1 * p })
         .collect();
-    let noise = sigma.map(|sigma| Some(Noise::Known(sigma))).to_vec();
+    let noise = sigma.map(|sigma| Some(NoiseSource::Known(sigma))).to_vec();
     let recordings = linearised(&[recording], at_mean);
     let problem = OutputErrorProblem::new(&system, &first, &recordings);
     let found = fit(&OutputErrorProblem { noise, ..problem.clone() }).expect("a fit");
@@ -279,7 +279,7 @@ fn the_mud_circulation_is_found_close_to_its_operating_point() {
     for ((linear, model), sigma) in
         found.misfits[0].iter().zip(&itself.evaluation.misfits[0]).zip(sigma)
     {
-        let rms = |misfit: &Misfit| misfit.rms().expect("samples");
+        let rms = |misfit: &OutputMisfit| misfit.rms().expect("samples");
         close(rms(linear), rms(model), 0.1 * sigma);
     }
 }
@@ -297,11 +297,11 @@ equation pressure: lag*der(p) = f0 + f1*q + f2*q^2 - p
 output p [bar]  noise 0.01 [bar]
 ";
 
-fn pipe(system: &Interpreted, around: f64) -> Recording {
+fn pipe(system: &InterpretedSystem, around: f64) -> Recording {
     let times: Vec<f64> = (0..200).map(f64::from).collect();
     let q: Vec<f64> =
         (0..200).map(|k| around * (1.0 + [0.05, -0.05, 0.0, -0.1, 0.1][k / 20 % 5])).collect();
-    let column = Column { name: "q", interpolation: Interpolation::Hold, values: &q };
+    let column = InputColumn { name: "q", interpolation: Interpolation::Hold, values: &q };
     let inputs = Inputs::recorded(&times, &[column]).expect("inputs");
     let mut recording = Recording::new(times, inputs, vec![None]);
     let p = declared(system);
@@ -316,7 +316,7 @@ fn what_one_operating_point_does_not_determine_is_named() {
     let p = declared(&system);
     let both = linearised(&[pipe(&system, 2.0), pipe(&system, 3.0)], at_mean);
     let fitted = |recordings: &[Recording]| {
-        let noise = vec![Some(Noise::Known(1e3))];
+        let noise = vec![Some(NoiseSource::Known(1e3))];
         fit(&OutputErrorProblem { noise, ..OutputErrorProblem::new(&system, &p, recordings) })
             .expect("a fit")
     };
@@ -351,7 +351,7 @@ fn refused(text: &str, at: &dyn Fn(&Recording) -> LinearAt) -> NotLinearised {
     let p = declared(&system);
     let times: Vec<f64> = (0..50).map(f64::from).collect();
     let u: Vec<f64> = times.iter().map(|t| 1.0 + 0.1 * (0.3 * t).sin()).collect();
-    let column = Column { name: "u", interpolation: Interpolation::Linear, values: &u };
+    let column = InputColumn { name: "u", interpolation: Interpolation::Linear, values: &u };
     let inputs = Inputs::recorded(&times, &[column]).expect("inputs");
     let recordings = [Recording::new(times, inputs, vec![Some(u)])];
     let recordings = linearised(&recordings, at);
@@ -398,7 +398,7 @@ fn the_model_itself_says_how_far_its_linear_one_holds() {
     let recordings = linearised(&[tank(&system, &p, 0.3)], at_mean);
     let problem = OutputErrorProblem::new(&system, &p, &recordings);
     let starts = [vec![(0, 4.0 * 1.15), (1, 4.0)]];
-    let Nonlinear { evaluation, points, departures } =
+    let NonlinearModel { evaluation, points, departures } =
         nonlinear(&problem, &p, &starts).expect("a run");
     // The data is the model's own.
     for misfit in &evaluation.misfits[0] {
@@ -420,7 +420,7 @@ fn the_model_itself_says_how_far_its_linear_one_holds() {
     let p = declared(&valve);
     let times: Vec<f64> = (0..60).map(f64::from).collect();
     let u: Vec<f64> = (0..60).map(|k| if k < 50 { 1.0 } else { 4.0 }).collect();
-    let column = Column { name: "u", interpolation: Interpolation::Hold, values: &u };
+    let column = InputColumn { name: "u", interpolation: Interpolation::Hold, values: &u };
     let inputs = Inputs::recorded(&times, &[column]).expect("inputs");
     let recording = Recording::new(times, inputs, vec![Some(u)]);
     let recordings = linearised(&[recording], |_| LinearAt::Rest(vec![1.0]));

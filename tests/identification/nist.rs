@@ -5,8 +5,8 @@
 
 use std::fs;
 
-use dgd_compiler::pipeline::Directions;
-use dgd_execute::Loaded;
+use dgd_compiler::pipeline::SensitivityDirections;
+use dgd_execute::LoadedSystem;
 use dgd_identify::Recording;
 use dgd_identify::regression::{RegressionMethod, RegressionProblem, regress};
 use dgd_runtime::System;
@@ -45,14 +45,14 @@ fn certified() -> Vec<(String, Vec<Certified>, f64)> {
 }
 
 /// The model with the parameters of one start, and its table.
-fn load(problem: &str, settings: &[&str]) -> (Loaded, Recording) {
+fn load(problem: &str, settings: &[&str]) -> (LoadedSystem, Recording) {
     let path = support::root().join(format!("tests/nist/{problem}.dgd"));
     let text = fs::read_to_string(&path).expect("the model");
-    let directions = Directions::Estimated { free: Vec::new(), fixed: Vec::new() };
+    let directions = SensitivityDirections::Estimated { free: Vec::new(), fixed: Vec::new() };
     let compiled = support::compiled_text(&path, text, (&[], settings), &directions);
     assert!(compiled.dae.is_static());
     let recording = recorded(&compiled, &path.with_extension("csv"));
-    (Loaded::new(compiled.program), recording)
+    (LoadedSystem::new(compiled.program), recording)
 }
 
 /// Digits that agree: −log₁₀ of the relative error, 11 at most, which is what is certified.

@@ -18,16 +18,17 @@ use std::sync::Mutex;
 
 use dgd_compiler::diagnostics::Diagnostics;
 use dgd_compiler::model::ModelOptions;
-use dgd_compiler::pipeline::{Directions, compile};
-use dgd_compiler::source::{Source, Sources};
-use dgd_execute::Interpreted;
+use dgd_compiler::pipeline::{SensitivityDirections, compile};
+use dgd_compiler::source::{SourceMap, SourceText};
+use dgd_execute::InterpretedSystem;
 use dgd_identify::{
-    Bound, EstimateError, Fit, Noise, NoiseCorrelation, OutputErrorProblem, PointEnd, Prior,
-    Progress, Recording, Stepping, Termination, TrialFailure, Watch, bootstrap, counts_from,
-    evaluate, fit, fit_from, fit_starts, outputs_with_sensitivities, profile, profiles,
+    BoundReached, EstimateError, Fit, FitStepping, Monitor, NoiseCorrelation, NoiseSource,
+    OutputErrorProblem, PointEnd, Prior, Progress, Recording, Termination, TrialFailure, bootstrap,
+    counts_from, evaluate, fit, fit_from, fit_starts, outputs_with_sensitivities, profile,
+    profiles,
 };
 use dgd_runtime::{
-    Column, Inputs, Interpolation, MethodKind, Options, PerSample, Steps, System, find_method,
+    InputColumn, Inputs, Interpolation, MethodKind, Options, PerSample, Steps, System, find_method,
 };
 use rand_pcg::Pcg64;
 use rand_pcg::rand_core::Rng;
@@ -49,17 +50,17 @@ output z [1] = 3*x + u  noise 0.05 [1]
 const TRUTH: [f64; 3] = [0.5, 20.0, 2.0];
 const SIGMA: [f64; 2] = [0.02, 0.05];
 
-fn system(text: &str) -> Interpreted {
-    let main = Source { name: "model".into(), text: text.into() };
-    let directions = Directions::Estimated { free: Vec::new(), fixed: Vec::new() };
-    let (mut sources, mut diagnostics) = (Sources::default(), Diagnostics::default());
+fn system(text: &str) -> InterpretedSystem {
+    let main = SourceText { name: "model".into(), text: text.into() };
+    let directions = SensitivityDirections::Estimated { free: Vec::new(), fixed: Vec::new() };
+    let (mut sources, mut diagnostics) = (SourceMap::default(), Diagnostics::default());
     let options = ModelOptions::default();
     let read = &mut |_: &str| Err(String::new());
     let compiled = compile(main, &options, &directions, read, &mut sources, &mut diagnostics);
-    Interpreted::new(compiled.expect("the model is right").program)
+    InterpretedSystem::new(compiled.expect("the model is right").program)
 }
 
-fn declared(system: &Interpreted) -> Vec<f64> {
+fn declared(system: &InterpretedSystem) -> Vec<f64> {
     system.signature().parameters.iter().map(|parameter| parameter.value).collect()
 }
 
@@ -76,13 +77,13 @@ fn heated(seed: u64, x0: f64, sigma: [f64; 2]) -> Recording {
         z.push(3.0 * x + u + sigma[1] * normal(&mut random));
         x = gain * u + (x - gain * u) * (-1.0 / tau).exp();
     }
-    let column = Column { name: "u", interpolation: Interpolation::Hold, values: &u };
+    let column = InputColumn { name: "u", interpolation: Interpolation::Hold, values: &u };
     let inputs = Inputs::recorded(&times, &[column]).expect("inputs");
     Recording::new(times, inputs, vec![Some(y), Some(z)])
 }
 
-fn known() -> Vec<Option<Noise>> {
-    SIGMA.iter().map(|sigma| Some(Noise::Known(*sigma))).collect()
+fn known() -> Vec<Option<NoiseSource>> {
+    SIGMA.iter().map(|sigma| Some(NoiseSource::Known(*sigma))).collect()
 }
 
 fn values(fit: &Fit) -> Vec<f64> {
@@ -211,7 +212,7 @@ fn at_a_bound_the_rest_is_as_if_the_parameter_were_known() {
         OutputErrorProblem { noise: known(), ..OutputErrorProblem::new(&bounded, &p, &recordings) };
     let found = fit(&problem).expect("a fit");
     let gain = &found.estimates[0];
-    assert_eq!((gain.value, gain.std, gain.at_bound), (0.4, None, Some(Bound::Upper)));
+    assert_eq!((gain.value, gain.std, gain.at_bound), (0.4, None, Some(BoundReached::Upper)));
 
     let p = [0.4, 40.0];
     let free = vec![false, true, true];
@@ -267,12 +268,12 @@ fn what_no_output_sees_is_named() {
     let p = declared(&system);
     let times: Vec<f64> = (0..20).map(f64::from).collect();
     let u = [1.0; 20];
-    let column = Column { name: "u", interpolation: Interpolation::Hold, values: &u };
+    let column = InputColumn { name: "u", interpolation: Interpolation::Hold, values: &u };
     let inputs = Inputs::recorded(&times, &[column]).expect("inputs");
     // a b = 12: x = 12 (1 − exp(−t)).
     let y = times.iter().map(|t| 12.0 * (1.0 - (-t).exp())).collect();
     let recordings = [Recording::new(times, inputs, vec![Some(y)])];
-    let noise = vec![Some(Noise::Known(0.01))];
+    let noise = vec![Some(NoiseSource::Known(0.01))];
     let found =
         fit(&OutputErrorProblem { noise, ..OutputErrorProblem::new(&system, &p, &recordings) })
             .expect("a fit");
@@ -299,7 +300,7 @@ fn heated_by_the_second(x0: f64) -> Recording {
         z.push(3.0 * x + u);
         x = gain * u + (x - gain * u) * (-1.0 / tau).exp();
     }
-    let column = Column { name: "u", interpolation: Interpolation::Hold, values: &u };
+    let column = InputColumn { name: "u", interpolation: Interpolation::Hold, values: &u };
     let inputs = Inputs::recorded(&times, &[column]).expect("inputs");
     Recording::new(times, inputs, vec![Some(y), Some(z)])
 }
@@ -316,13 +317,13 @@ fn steps_per_sample_lead_to_the_same_fit() {
         fit(&problem).expect("a fit")
     };
     let locked = fitted(Steps::Automatic, 1);
-    let Stepping::PerSample(choice) = locked.stepping else { panic!("{:?}", locked.stepping) };
+    let FitStepping::PerSample(choice) = locked.stepping else { panic!("{:?}", locked.stepping) };
     // tau = 40 s: one step of a second along a series of few terms is accurate enough, and cheapest.
     assert_eq!(choice.steps.get(), 1);
     let is_series = matches!(choice.method.kind, MethodKind::Taylor(Some(2..=6)));
     assert!(is_series, "{}", choice.method.name);
     let adaptive = fitted(Steps::Adaptive, 1);
-    assert!(matches!(adaptive.stepping, Stepping::Adaptive));
+    assert!(matches!(adaptive.stepping, FitStepping::Adaptive));
     for (a, b) in locked.estimates.iter().zip(&adaptive.estimates) {
         // Both solve to 1e-6; what that moves an estimate by is far below its uncertainty.
         close(a.value, b.value, 1e-2 * a.std.expect("determined"));
@@ -334,7 +335,7 @@ fn steps_per_sample_lead_to_the_same_fit() {
     let resting = [heated(1, 2.0, SIGMA)];
     let problem = OutputErrorProblem::new(&system, &p, &resting);
     let found = fit(&problem).expect("a fit");
-    assert!(matches!(found.stepping, Stepping::Adaptive), "{:?}", found.stepping);
+    assert!(matches!(found.stepping, FitStepping::Adaptive), "{:?}", found.stepping);
 }
 
 #[test]
@@ -357,7 +358,7 @@ fn steps_per_sample_suffice_where_the_fit_ends() {
     let method = find_method("tsit5").expect("a method");
     let options = Options { steps: automatic, method, ..problem.options };
     let found = fit(&OutputErrorProblem { noise: known(), options, ..problem }).expect("a fit");
-    let Stepping::PerSample(choice) = found.stepping else { panic!("{:?}", found.stepping) };
+    let FitStepping::PerSample(choice) = found.stepping else { panic!("{:?}", found.stepping) };
     assert!(choice.steps.get() > 1, "{choice:?}");
     // The data is exact: what is left is the error of the simulation.
     close(found.p[1], tau, 1e-5);
@@ -422,7 +423,7 @@ fn growing() -> Recording {
 fn trials_that_explode_are_steps_too_far() {
     let system = system(EXPLOSION);
     let recordings = [growing()];
-    let noise = vec![Some(Noise::Known(0.01))];
+    let noise = vec![Some(NoiseSource::Known(0.01))];
     let problem =
         OutputErrorProblem { noise, ..OutputErrorProblem::new(&system, &[0.0], &recordings) };
     let found = fit(&problem).expect("a fit");
@@ -465,7 +466,7 @@ impl Patience {
     }
 }
 
-impl Watch for Patience {
+impl Monitor for Patience {
     fn advanced(&self, progress: Progress) {
         self.told.lock().expect("no thread has panicked").push(progress);
     }
@@ -564,7 +565,7 @@ fn a_prior_counts_as_one_more_measurement() {
     let times: Vec<f64> = (0..10).map(f64::from).collect();
     let recordings = [Recording::new(times, Inputs::none(), vec![Some(vec![5.0; 10])])];
     let problem = OutputErrorProblem {
-        noise: vec![Some(Noise::Known(2.0))],
+        noise: vec![Some(NoiseSource::Known(2.0))],
         priors: vec![Prior::normal(0, 3.0, 0.5)],
         ..OutputErrorProblem::new(&system, &[1.0], &recordings)
     };
@@ -621,7 +622,7 @@ fn rooms(spacing: f64, own: f64, hidden: f64, noise: NoiseCorrelation) -> f64 {
         x + 0.02 * normal(&mut random)
     });
     let recordings = [Recording::new(times, Inputs::none(), vec![Some(x.collect())])];
-    let known = vec![Some(Noise::Known(0.02))];
+    let known = vec![Some(NoiseSource::Known(0.02))];
     let problem =
         OutputErrorProblem { noise: known, ..OutputErrorProblem::new(&system, &p, &recordings) };
     counts_from(&problem, &[noise])[0] / spacing
@@ -668,11 +669,11 @@ fn what_cannot_be_fitted_is_said() {
     let noise = vec![None, None];
     let nothing = refused(OutputErrorProblem { noise, ..problem.clone() });
     assert_eq!(nothing, EstimateError::NothingMeasured);
-    let noise = vec![Some(Noise::Known(0.0)), None];
+    let noise = vec![Some(NoiseSource::Known(0.0)), None];
     let zero = refused(OutputErrorProblem { noise, ..problem.clone() });
     assert!(matches!(zero, EstimateError::Noise { output, .. } if output == "y"));
     let short = [Recording { counts_from: 199.0, ..recordings[0].clone() }];
-    let noise = vec![Some(Noise::Known(0.1)), None];
+    let noise = vec![Some(NoiseSource::Known(0.1)), None];
     let few = refused(OutputErrorProblem { noise, recordings: &short, ..problem });
     assert_eq!(few, EstimateError::TooFewSamples { samples: 1, free: 3 });
 }

@@ -1,7 +1,7 @@
 //! What is known of a parameter beforehand, of every law, against SciPy's greatest posterior density.
 
-use dgd_execute::Interpreted;
-use dgd_identify::{Fit, Noise, OutputErrorProblem, Prior, Recording, fit};
+use dgd_execute::InterpretedSystem;
+use dgd_identify::{Fit, NoiseSource, OutputErrorProblem, Prior, Recording, fit};
 use dgd_runtime::signature::PriorDensity;
 use dgd_runtime::{Inputs, Options};
 
@@ -11,7 +11,7 @@ use super::{declared, system};
 const READINGS: [f64; 12] =
     [4.9131, 4.642, 4.3665, 4.1588, 3.8175, 3.6946, 3.4405, 3.3299, 3.1418, 2.9834, 2.7824, 2.5816];
 
-fn decay() -> Interpreted {
+fn decay() -> InterpretedSystem {
     system(
         "model decay\n\
          parameter c0 [mol/m^3] = 4.5 in 0.1 .. 100\n\
@@ -28,8 +28,8 @@ fn fitted(density: PriorDensity) -> Fit {
     let recordings = [Recording::new(times, Inputs::none(), vec![Some(READINGS.to_vec())])];
     let p = declared(&system);
     let problem = OutputErrorProblem {
-        noise: vec![Some(Noise::Known(0.05))],
-        priors: vec![Prior::of(1, density)],
+        noise: vec![Some(NoiseSource::Known(0.05))],
+        priors: vec![Prior::for_parameter(1, density)],
         negligible_reduction: 1e-16,
         options: Options { rtol: 1e-11, atol: 1e-12, ..Options::default() },
         ..OutputErrorProblem::new(&system, &p, &recordings)

@@ -1,7 +1,7 @@
 //! Process noise that the model declares, against a Kalman filter's likelihood by SciPy.
 
 use dgd_identify::Recording;
-use dgd_identify::filter::{Level, PredictionErrorProblem, prediction_error};
+use dgd_identify::filter::{NoiseLevelSource, PredictionErrorProblem, prediction_error};
 use dgd_runtime::{Inputs, System};
 
 use super::filtering::{declared, system};
@@ -38,8 +38,8 @@ fn a_rate_and_a_noise_that_are_parameters_are_estimated() {
     let is_parameter =
         |j: usize| matches!(signature.directions[j], dgd_runtime::Direction::Parameter(_));
     problem.free = (0..signature.directions.len()).map(is_parameter).collect();
-    problem.rates = vec![Level::Parameter(1)];
-    problem.noise = vec![Some(Level::Parameter(2)), None];
+    problem.rates = vec![NoiseLevelSource::Parameter(1)];
+    problem.noise = vec![Some(NoiseLevelSource::Parameter(2)), None];
     let found = prediction_error(&problem).expect("it can be filtered");
     assert!(found.termination.is_converged(), "{:?}", found.termination);
     let wanted = [

@@ -3,7 +3,7 @@
 use dgd_identify::regression::{
     RegressionFit, RegressionMethod, RegressionProblem, regress, regression_profiles,
 };
-use dgd_identify::{End, Noise as Sensor, Profile, THRESHOLD};
+use dgd_identify::{NoiseSource as Sensor, Profile, ProfileEnd, THRESHOLD};
 
 use super::{Case, LINE, made_up};
 
@@ -105,7 +105,7 @@ fn what_is_not_told_apart_is_open_and_names_the_other() {
     let fit = regress(&problem, RegressionMethod::VariableProjection).expect("a fit");
     let profiles = regression_profiles(&problem, &fit, &[0]).expect("a profile");
     let profile = &profiles[0];
-    assert!(matches!(profile.upper, End::Open(_)), "{:?}", profile.upper);
+    assert!(matches!(profile.upper, ProfileEnd::Open(_)), "{:?}", profile.upper);
     let [term] = profile.with_upper.as_slice() else { panic!("{:?}", profile.with_upper) };
     assert!(term.estimate == 1 && term.change < 0.0, "{term:?}");
 }

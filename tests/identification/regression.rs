@@ -6,14 +6,14 @@ mod profiles;
 
 use std::path::Path;
 
-use dgd_compiler::pipeline::Directions;
-use dgd_execute::Loaded;
+use dgd_compiler::pipeline::SensitivityDirections;
+use dgd_execute::LoadedSystem;
 use dgd_identify::regression::{
     FollowOptions, Forgetting, Normalisation, RegressionError, RegressionFit, RegressionMethod,
     RegressionProblem, RowOf, RowsLeftOut, follow, regress,
 };
-use dgd_identify::{Bound, Prior, Recording};
-use dgd_runtime::{Column, Inputs, Interpolation, System};
+use dgd_identify::{BoundReached, Prior, Recording};
+use dgd_runtime::{InputColumn, Inputs, Interpolation, System};
 
 use crate::recorded::recorded;
 use crate::support;
@@ -71,7 +71,7 @@ output p_in_A [barg] = rho*g*(h_in - h_r)
 ";
 
 struct Case {
-    system: Loaded,
+    system: LoadedSystem,
     p: Vec<f64>,
     recordings: Vec<Recording>,
 }
@@ -80,23 +80,23 @@ impl Case {
     /// A model and recordings of `examples/data/field/`, with these parameters free.
     fn of(text: &str, free: &[&str], files: &[&str]) -> Self {
         let free = free.iter().map(|text| support::name(text)).collect();
-        let directions = Directions::Estimated { free, fixed: Vec::new() };
+        let directions = SensitivityDirections::Estimated { free, fixed: Vec::new() };
         let path = Path::new("model.dgd");
         let compiled = support::compiled_text(path, text.to_owned(), (&[], &[]), &directions);
         let file = |name: &&str| support::root().join(format!("examples/data/field/{name}.csv.gz"));
         let recordings = files.iter().map(|name| recorded(&compiled, &file(name))).collect();
-        Self::loaded(Loaded::new(compiled.program), recordings)
+        Self::loaded(LoadedSystem::new(compiled.program), recordings)
     }
 
     /// A model and a recording that was made up.
     fn made_up(text: &str, recording: Recording) -> Self {
-        let directions = Directions::Estimated { free: Vec::new(), fixed: Vec::new() };
+        let directions = SensitivityDirections::Estimated { free: Vec::new(), fixed: Vec::new() };
         let path = Path::new("model.dgd");
         let compiled = support::compiled_text(path, text.to_owned(), (&[], &[]), &directions);
-        Self::loaded(Loaded::new(compiled.program), vec![recording])
+        Self::loaded(LoadedSystem::new(compiled.program), vec![recording])
     }
 
-    fn loaded(system: Loaded, recordings: Vec<Recording>) -> Self {
+    fn loaded(system: LoadedSystem, recordings: Vec<Recording>) -> Self {
         let p = system.signature().parameters.iter().map(|p| p.value).collect();
         Self { system, p, recordings }
     }
@@ -125,10 +125,14 @@ fn made_up(
     let times: Vec<f64> = (0..n).map(|k| h * k as f64).collect();
     let sampled = |f: &dyn Fn(f64) -> f64| times.iter().map(|t| f(*t)).collect::<Vec<f64>>();
     let values: Vec<Vec<f64>> = inputs.iter().map(|(_, f)| sampled(f)).collect();
-    let columns: Vec<Column<'_>> = inputs
+    let columns: Vec<InputColumn<'_>> = inputs
         .iter()
         .zip(&values)
-        .map(|((name, _), values)| Column { name, interpolation: Interpolation::Linear, values })
+        .map(|((name, _), values)| InputColumn {
+            name,
+            interpolation: Interpolation::Linear,
+            values,
+        })
         .collect();
     let inputs = Inputs::recorded(&times, &columns).expect("inputs");
     let measured = outputs.iter().map(|f| Some(sampled(*f))).collect();
@@ -153,7 +157,7 @@ fn friction_of_fourth_order_fits_a_little_better_than_of_second() {
     let (mut a, mut b) = ([[0.0; 2]; 2], [0.0; 2]);
     for (t, p) in times.iter().zip(pressure) {
         let mut u = [0.0];
-        inputs.value(*t, dgd_runtime::Side::Right, &mut u);
+        inputs.value(*t, dgd_runtime::LimitSide::Right, &mut u);
         let q = 0.951 * u[0];
         let z = p - 1120.0 * 9.81 * 302.0 - 0.06e5;
         let phi = [q, q * q];
@@ -184,7 +188,7 @@ fn the_pumps_cross_term_is_driven_to_its_bound() {
     assert!(free.unbounded.is_none());
     let bounded = regress(&problem, RegressionMethod::Bounded).expect("a fit");
     let c1 = &bounded.estimates[1];
-    assert_eq!((c1.value, c1.at_bound, c1.std), (0.0, Some(Bound::Lower), None));
+    assert_eq!((c1.value, c1.at_bound, c1.std), (0.0, Some(BoundReached::Lower), None));
     let unbounded = bounded.unbounded.as_ref().expect("a bound is active");
     for (j, estimate) in free.estimates.iter().enumerate() {
         assert!((unbounded[j] / estimate.value - 1.0).abs() < 1e-9);
@@ -483,10 +487,10 @@ fn simulated(
     let times: Vec<f64> = (0..n).map(|k| h * k as f64).collect();
     let sampled: Vec<Vec<f64>> =
         inputs.iter().map(|(_, _, f)| times.iter().map(|t| f(*t)).collect()).collect();
-    let columns: Vec<Column<'_>> = inputs
+    let columns: Vec<InputColumn<'_>> = inputs
         .iter()
         .zip(&sampled)
-        .map(|((name, interpolation, _), values)| Column {
+        .map(|((name, interpolation, _), values)| InputColumn {
             name,
             interpolation: *interpolation,
             values,
@@ -497,10 +501,10 @@ fn simulated(
     } else {
         Inputs::recorded(&times, &columns).expect("inputs")
     };
-    let directions = Directions::None;
+    let directions = SensitivityDirections::None;
     let path = Path::new("model.dgd");
     let compiled = support::compiled_text(path, text.to_owned(), (&[], &[]), &directions);
-    let system = Loaded::new(compiled.program);
+    let system = LoadedSystem::new(compiled.program);
     let parameters = &system.signature().parameters;
     let of = |p: &dgd_runtime::Parameter| truth.iter().find(|(name, _)| *name == p.name);
     let p: Vec<f64> =
@@ -575,7 +579,7 @@ fn a_line_that_no_sensor_sees_goes_along_with_the_record() {
         .collect::<Vec<_>>()
         .join("\n");
     let q_bo: Vec<f64> = (0..solution.len()).map(|k| solution.y(k)[2]).collect();
-    let column = Column { name: "q_bo", interpolation: Interpolation::Linear, values: &q_bo };
+    let column = InputColumn { name: "q_bo", interpolation: Interpolation::Linear, values: &q_bo };
     let inputs = Inputs::recorded(&recording.times, &[column]).expect("inputs");
     let with_flow = Case::made_up(&format!("{given}\n"), Recording { inputs, ..recording.clone() });
 

@@ -42,7 +42,7 @@ fn readings(seed: u64, scattered: impl Fn(f64, f64, f64) -> f64) -> String {
 
 /// `result.json` of a fit of these texts, and what it says.
 fn fitted(model: &str, csv: &str, change: impl Fn(&mut FitRequest)) -> (Value, String) {
-    let files = InMemory::default().with("m.dgd", model).with("d.csv", csv);
+    let files = InMemory::default().with_file("m.dgd", model).with_file("d.csv", csv);
     let session = Session::new(&Silent).with_files(&files);
     let mut request = FitRequest::new("m.dgd", vec!["d.csv".into()]);
     change(&mut request);

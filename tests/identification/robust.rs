@@ -1,11 +1,11 @@
 //! Losses that bear outliers, and fits from several starting points.
 
 use dgd_identify::{
-    DrawnFrom, LocalMinimum, Loss, MultiStart, Noise, OutputErrorProblem, PointEnd, Prior,
+    DrawnFrom, LocalMinimum, Loss, MultiStart, NoiseSource, OutputErrorProblem, PointEnd, Prior,
     Recording, Starts, Termination, bootstrap, fit, fit_from, fit_from_drawn, profile,
     starting_points,
 };
-use dgd_runtime::{Column, Inputs, Interpolation};
+use dgd_runtime::{InputColumn, Inputs, Interpolation};
 use rand_pcg::Pcg64;
 use rand_pcg::rand_core::Rng;
 
@@ -29,20 +29,24 @@ fn losses_are_what_their_table_says() {
         let c = loss.tuning().expect("not squares");
         for r in [-9.0, -4.0, -1.4, -0.5, 0.3, 1.2, 2.0, 4.6, 20.0] {
             let d = 1e-5;
-            let (below, at, above) = (loss.at(r - d), loss.at(r), loss.at(r + d));
+            let (below, at, above) = (loss.evaluate(r - d), loss.evaluate(r), loss.evaluate(r + d));
             close(at.weight * r, (above.value - below.value) / (4.0 * d), 1e-8);
-            let psi = |r: f64| loss.at(r).weight * r;
+            let psi = |r: f64| loss.evaluate(r).weight * r;
             close(at.curvature, (psi(r + d) - psi(r - d)) / (2.0 * d), 1e-7);
             assert!(at.weight <= 1.0 && at.value <= r * r, "no larger than squares: {loss:?} {r}");
         }
         // The same where it leaves the parabola as squares are there, and continuous.
-        close(loss.at(1e-4).value, 1e-8, 1e-15);
-        close(loss.at(c - 1e-9).value, loss.at(c + 1e-9).value, 1e-7);
+        close(loss.evaluate(1e-4).value, 1e-8, 1e-15);
+        close(loss.evaluate(c - 1e-9).value, loss.evaluate(c + 1e-9).value, 1e-7);
         // Asymptotic variance for normal noise, over that of squares: 1/0.95.
-        let influence = mean(|r| (loss.at(r).weight * r).powi(2));
-        let curvature = mean(|r| loss.at(r).curvature);
+        let influence = mean(|r| (loss.evaluate(r).weight * r).powi(2));
+        let curvature = mean(|r| loss.evaluate(r).curvature);
         close(curvature * curvature / influence, 0.95, 2e-4);
-        close(mean(|r| f64::from(u8::from(loss.at(r).weight < 0.5))), loss.light_share(), 1e-5);
+        close(
+            mean(|r| f64::from(u8::from(loss.evaluate(r).weight < 0.5))),
+            loss.light_share(),
+            1e-5,
+        );
     }
 }
 
@@ -83,14 +87,14 @@ fn published_robust_regressions_come_out() {
     let times: Vec<f64> = (0..21).map(f64::from).collect();
     let column = |j: usize| STACK.iter().map(|row| row[j]).collect::<Vec<f64>>();
     let inputs = [column(0), column(1), column(2)];
-    let columns: Vec<Column<'_>> = ["air", "water", "acid"]
+    let columns: Vec<InputColumn<'_>> = ["air", "water", "acid"]
         .iter()
         .zip(&inputs)
-        .map(|(name, values)| Column { name, interpolation: Interpolation::Hold, values })
+        .map(|(name, values)| InputColumn { name, interpolation: Interpolation::Hold, values })
         .collect();
     let inputs = Inputs::recorded(&times, &columns).expect("inputs");
     let recordings = [Recording::new(times, inputs, vec![Some(column(3))])];
-    let fitted = |loss: Loss, noise: Noise| {
+    let fitted = |loss: Loss, noise: NoiseSource| {
         let problem = OutputErrorProblem {
             noise: vec![Some(noise)],
             loss,
@@ -104,7 +108,7 @@ fn published_robust_regressions_come_out() {
         (Loss::Tukey, 2.282, [-42.2853, 0.9275, 0.6507, -0.1123], [9.5045, 0.1077, 0.2940, 0.1249]),
     ];
     for (loss, scale, coefficients, errors) in published {
-        let found = fitted(loss, Noise::Known(scale));
+        let found = fitted(loss, NoiseSource::Known(scale));
         assert!(found.termination.is_converged(), "{:?}", found.termination);
         for ((estimate, value), error) in found.estimates.iter().zip(coefficients).zip(errors) {
             // To the digits of the scale.
@@ -114,7 +118,7 @@ fn published_robust_regressions_come_out() {
             close(estimate.std.expect("determined"), error, ended * error);
         }
         // Its scale is the median over 0.6745, without our factor for so few degrees of freedom.
-        let own = fitted(loss, Noise::Estimated).noise[0].expect("fitted");
+        let own = fitted(loss, NoiseSource::Estimated).noise[0].expect("fitted");
         let factor = (21.0_f64 / 17.0).sqrt();
         assert!((0.9..1.2).contains(&(own / factor / scale)), "{own} against {scale}");
     }
@@ -229,7 +233,7 @@ fn waves() -> [Recording; 1] {
     let mut random = Pcg64::new(3, 0);
     let y = times.iter().map(|t| (5.7 * t).sin() + 0.05 * normal(&mut random)).collect();
     let z = times.iter().map(|t| 1.44 * t + 0.05 * normal(&mut random)).collect();
-    let column = Column { name: "s", interpolation: Interpolation::Linear, values: &times };
+    let column = InputColumn { name: "s", interpolation: Interpolation::Linear, values: &times };
     let inputs = Inputs::recorded(&times, &[column]).expect("inputs");
     [Recording::new(times, inputs, vec![Some(y), Some(z)])]
 }
@@ -244,7 +248,7 @@ fn of_many_minima_the_best_is_found_and_its_equals_are_named() {
     let system = system(WAVES);
     let p = declared(&system);
     let recordings = waves();
-    let noise = vec![Some(Noise::Known(0.05)); 2];
+    let noise = vec![Some(NoiseSource::Known(0.05)); 2];
     let problem = OutputErrorProblem { noise, ..OutputErrorProblem::new(&system, &p, &recordings) };
     // The nearest minimum is another one.
     let alone = fit(&problem).expect("a fit");
@@ -387,7 +391,7 @@ fn a_point_that_cannot_be_simulated_is_drawn_again_in_its_stratum() {
     let y = times.iter().map(|t| (-(1.5 * t).exp()).exp()).collect();
     let inputs = Inputs::none();
     let recordings = [Recording::new(times, inputs, vec![Some(y)])];
-    let noise = vec![Some(Noise::Known(0.01))];
+    let noise = vec![Some(NoiseSource::Known(0.01))];
     let problem = OutputErrorProblem {
         noise,
         free: vec![true, false],

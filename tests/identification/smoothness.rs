@@ -3,16 +3,16 @@
 
 use std::path::Path;
 
-use dgd_compiler::pipeline::Directions;
-use dgd_execute::Loaded;
-use dgd_identify::filter::{Level, PredictionErrorProblem, prediction_error};
+use dgd_compiler::pipeline::SensitivityDirections;
+use dgd_execute::LoadedSystem;
+use dgd_identify::filter::{NoiseLevelSource, PredictionErrorProblem, prediction_error};
 use dgd_identify::regression::{RegressionMethod, RegressionProblem, regress};
 use dgd_identify::{
-    DrawnFrom, Fit, Noise, OutputErrorProblem, Prior, Recording, bootstrap, fit, information,
+    DrawnFrom, Fit, NoiseSource, OutputErrorProblem, Prior, Recording, bootstrap, fit, information,
     starting_points,
 };
 use dgd_runtime::signature::PriorDensity;
-use dgd_runtime::{Column, Direction, Inputs, Interpolation, Options, System};
+use dgd_runtime::{Direction, InputColumn, Inputs, Interpolation, Options, System};
 use rand_pcg::Pcg64;
 use rand_pcg::rand_core::Rng;
 
@@ -42,7 +42,7 @@ fn model(smooth: &str) -> String {
 
 /// A model, what it says of its parameters, and readings.
 struct Case {
-    system: Loaded,
+    system: LoadedSystem,
     priors: Vec<Prior>,
     p: Vec<f64>,
     x: Vec<f64>,
@@ -62,14 +62,14 @@ impl Case {
     fn new(text: &str, last: f64) -> Self {
         let (x, y) = readings(last);
         let times: Vec<f64> = (0..x.len()).map(|k| k as f64).collect();
-        let column = Column { name: "x", interpolation: Interpolation::Linear, values: &x };
+        let column = InputColumn { name: "x", interpolation: Interpolation::Linear, values: &x };
         let inputs = Inputs::recorded(&times, &[column]).expect("inputs");
         let recordings = [Recording::new(times, inputs, vec![Some(y)])];
         Self::of(text, x, recordings)
     }
 
     fn of(text: &str, x: Vec<f64>, recordings: [Recording; 1]) -> Self {
-        let directions = Directions::Estimated { free: Vec::new(), fixed: Vec::new() };
+        let directions = SensitivityDirections::Estimated { free: Vec::new(), fixed: Vec::new() };
         let path = Path::new("model.dgd");
         let compiled = support::compiled_text(path, text.to_owned(), (&[], &[]), &directions);
         let prior = |of: &dgd_compiler::model::Smoothness| Prior {
@@ -78,12 +78,12 @@ impl Case {
         };
         let priors = compiled.dae.smoothness.iter().map(prior).collect();
         let p = compiled.dae.parameters.iter().map(|parameter| parameter.value).collect();
-        Self { system: Loaded::new(compiled.program), priors, p, x, recordings }
+        Self { system: LoadedSystem::new(compiled.program), priors, p, x, recordings }
     }
 
     fn problem(&self) -> OutputErrorProblem<'_> {
         OutputErrorProblem {
-            noise: vec![Some(Noise::Known(SIGMA))],
+            noise: vec![Some(NoiseSource::Known(SIGMA))],
             priors: self.priors.clone(),
             negligible_reduction: 1e-16,
             options: Options { rtol: 1e-9, atol: 1e-9, ..Options::default() },
@@ -208,7 +208,7 @@ fn a_fit_is_bayesian_linear_regression() {
         agrees(found.estimates.iter().map(|e| (e.value, e.std)), &rows, 1e-6);
 
         let problem = RegressionProblem {
-            noise: vec![Some(Noise::Known(SIGMA))],
+            noise: vec![Some(NoiseSource::Known(SIGMA))],
             priors: case.priors.clone(),
             ..RegressionProblem::new(&case.system, &case.p, &case.recordings)
         };
@@ -313,8 +313,8 @@ fn filters_take_it_in() {
     let directions = case.system.signature().directions.iter();
     let problem = PredictionErrorProblem {
         free: directions.map(|of| matches!(of, Direction::Parameter(_))).collect(),
-        rates: vec![Level::Known(0.0)],
-        noise: vec![Some(Level::Known(SIGMA))],
+        rates: vec![NoiseLevelSource::Known(0.0)],
+        noise: vec![Some(NoiseLevelSource::Known(SIGMA))],
         priors: case.priors.clone(),
         ..PredictionErrorProblem::new(&case.system, &case.p, &case.recordings)
     };

@@ -1,10 +1,10 @@
 //! Starts at rest, against closed forms: values, derivatives, and fits in which each recording has its own.
 
-use dgd_execute::Interpreted;
-use dgd_identify::{Noise, OutputErrorProblem, Recording, fit};
+use dgd_execute::InterpretedSystem;
+use dgd_identify::{NoiseSource, OutputErrorProblem, Recording, fit};
 use dgd_runtime::{
-    Column, Direction, Inputs, IntegrateError, Interpolation, Options, Problem, Solution, System,
-    consistent_start, simulate, simulate_with_sensitivities,
+    Direction, InputColumn, Inputs, IntegrateError, Interpolation, Options, Problem, Solution,
+    System, consistent_start, simulate, simulate_with_sensitivities,
 };
 
 use super::{declared, system};
@@ -27,7 +27,7 @@ output S
 ";
 
 fn rates(times: &[f64], values: &[f64]) -> Inputs {
-    let column = Column { name: "D", interpolation: Interpolation::Hold, values };
+    let column = InputColumn { name: "D", interpolation: Interpolation::Hold, values };
     Inputs::recorded(times, &[column]).expect("samples in order")
 }
 
@@ -35,7 +35,7 @@ fn tight() -> Options {
     Options { rtol: 1e-10, atol: 1e-10, ..Options::default() }
 }
 
-fn run(system: &Interpreted, p: &[f64], inputs: &Inputs, times: &[f64]) -> Solution {
+fn run(system: &InterpretedSystem, p: &[f64], inputs: &Inputs, times: &[f64]) -> Solution {
     let problem = Problem { system, p, inputs, start: &[] };
     simulate_with_sensitivities(&problem, times, &tight())
         .unwrap_or_else(|failure| panic!("{}", failure.error))
@@ -151,7 +151,7 @@ fn a_fit_finds_the_rest_of_each_recording() {
     });
     let p = declared(&system);
     let problem = OutputErrorProblem {
-        noise: vec![Some(Noise::Known(0.01)); 2],
+        noise: vec![Some(NoiseSource::Known(0.01)); 2],
         free: vec![true, true, true, false],
         options: tight(),
         ..OutputErrorProblem::new(&system, &p, &recordings)

@@ -5,13 +5,15 @@ mod drilling_rig;
 
 use std::path::Path;
 
-use dgd_compiler::pipeline::Directions;
-use dgd_execute::Loaded;
+use dgd_compiler::pipeline::SensitivityDirections;
+use dgd_execute::LoadedSystem;
 use dgd_identify::{
-    Bootstrap, Bound, End, Fit, Noise, OutputErrorProblem, Prior, Recording, THRESHOLD, bootstrap,
-    evaluate, fit, information, profile, profiles,
+    Bootstrap, BoundReached, Fit, NoiseSource, OutputErrorProblem, Prior, ProfileEnd, Recording,
+    THRESHOLD, bootstrap, evaluate, fit, information, profile, profiles,
 };
-use dgd_runtime::{Column, Inputs, Interpolation, Options, Problem, System, observe, simulate};
+use dgd_runtime::{
+    InputColumn, Inputs, Interpolation, Options, Problem, System, observe, simulate,
+};
 use drilling_rig::plant::{LPM, Plant};
 use drilling_rig::recording::Row;
 use drilling_rig::{Scenario, record};
@@ -38,13 +40,13 @@ const TRUTH: [f64; 3] = [0.5, 20.0, 2.0];
 const SIGMA: f64 = 0.2;
 const SEEDS: u64 = 60;
 
-fn system(text: &str) -> Loaded {
-    let directions = Directions::Estimated { free: Vec::new(), fixed: Vec::new() };
+fn system(text: &str) -> LoadedSystem {
+    let directions = SensitivityDirections::Estimated { free: Vec::new(), fixed: Vec::new() };
     let compiled = compiled_text(Path::new("m.dgd"), text.to_owned(), (&[], &[]), &directions);
-    Loaded::new(compiled.program)
+    LoadedSystem::new(compiled.program)
 }
 
-fn declared(system: &Loaded) -> Vec<f64> {
+fn declared(system: &LoadedSystem) -> Vec<f64> {
     system.signature().parameters.iter().map(|parameter| parameter.value).collect()
 }
 
@@ -62,7 +64,7 @@ fn heated(seed: u64, n: u32, a: f64) -> Recording {
         noise = a * noise + (1.0 - a * a).sqrt() * SIGMA * normal(&mut random);
         x = gain * u + (x - gain * u) * (-1.0 / tau).exp();
     }
-    let column = Column { name: "u", interpolation: Interpolation::Hold, values: &u };
+    let column = InputColumn { name: "u", interpolation: Interpolation::Hold, values: &u };
     let inputs = Inputs::recorded(&times, &[column]).expect("inputs");
     Recording::new(times, inputs, vec![Some(y)])
 }
@@ -116,17 +118,17 @@ fn intervals_cover_the_truth_as_often_as_they_say() {
 }
 
 /// A file of the rig's recordings, with the model's outputs in SI.
-fn of_the_rig(system: &Loaded, rows: &[Row]) -> Recording {
+fn of_the_rig(system: &LoadedSystem, rows: &[Row]) -> Recording {
     let column = |of: fn(&Row) -> f64| -> Vec<f64> { rows.iter().map(of).collect() };
     let times = column(|row| row.time);
     let values =
         [column(|r| r.w_ssp / 100.0), column(|r| r.q_boost * LPM), column(|r| r.q_tf * LPM)];
-    let columns: Vec<Column<'_>> = system
+    let columns: Vec<InputColumn<'_>> = system
         .signature()
         .inputs
         .iter()
         .zip(&values)
-        .map(|(of, values)| Column { name: &of.name, interpolation: of.interpolation, values })
+        .map(|(of, values)| InputColumn { name: &of.name, interpolation: of.interpolation, values })
         .collect();
     let inputs = Inputs::recorded(&times, &columns).expect("inputs");
     // p_out and p_in are gauge in the model as well.
@@ -140,24 +142,28 @@ fn of_the_rig(system: &Loaded, rows: &[Row]) -> Recording {
 }
 
 /// The same with the start that its first row shows, as `dgd fit` begins.
-fn started(system: &Loaded, p: &[f64], recording: Recording) -> Recording {
+fn started(system: &LoadedSystem, p: &[f64], recording: Recording) -> Recording {
     let first: Vec<f64> = recording.measured.iter().flatten().map(|w| w[0]).collect();
     let start = examined::start(system, p, &recording.inputs, &first);
     Recording { start, ..recording }
 }
 
-fn circulation() -> Loaded {
+fn circulation() -> LoadedSystem {
     let path = support::root().join("models/mud_circulation.dgd");
     system(&std::fs::read_to_string(path).expect("a model file"))
 }
 
-fn named(system: &Loaded, name: &str) -> usize {
+fn named(system: &LoadedSystem, name: &str) -> usize {
     let parameters = &system.signature().parameters;
     parameters.iter().position(|parameter| parameter.name == name).expect("a parameter")
 }
 
 /// Runs the repeats on all cores, in the order of their seeds.
-fn repeated<T: Send>(system: &Loaded, n: u64, one: impl Fn(&Loaded, u64) -> T + Sync) -> Vec<T> {
+fn repeated<T: Send>(
+    system: &LoadedSystem,
+    n: u64,
+    one: impl Fn(&LoadedSystem, u64) -> T + Sync,
+) -> Vec<T> {
     let threads = std::thread::available_parallelism().map_or(1, std::num::NonZero::get) as u64;
     std::thread::scope(|scope| {
         let parts: Vec<_> = (0..threads)
@@ -215,7 +221,7 @@ fn intervals_of_the_drilling_model_cover_the_truth_in_200_repeats() {
             dgd_runtime::Direction::Parameter(p) => truth[p],
             dgd_runtime::Direction::Start(x) => start[x].1,
         };
-        let off = |all: &Vec<dgd_identify::Estimate>| {
+        let off = |all: &Vec<dgd_identify::ParameterEstimate>| {
             (all[i].value - true_value) / all[i].std.expect("determined")
         };
         let count = estimates.iter().filter(|all| off(all).abs() <= 1.959_964).count();
@@ -366,7 +372,7 @@ fn rows(seed: u64) -> Recording {
     let u: Vec<f64> = (0..40).map(|k| f64::from(k % 8)).collect();
     let mut random = Pcg64::new(u128::from(seed), 3);
     let y = u.iter().map(|u| 1.0 + 2.0 * u + 0.1 * normal(&mut random)).collect();
-    let column = Column { name: "u", interpolation: Interpolation::Hold, values: &u };
+    let column = InputColumn { name: "u", interpolation: Interpolation::Hold, values: &u };
     let inputs = Inputs::recorded(&times, &[column]).expect("inputs");
     Recording::new(times, inputs, vec![Some(y)])
 }
@@ -377,7 +383,7 @@ fn a_linear_model_has_a_parabola_for_a_profile() {
     let p = declared(&system);
     let recordings = [rows(1)];
     let problem = OutputErrorProblem {
-        noise: vec![Some(Noise::Known(0.1))],
+        noise: vec![Some(NoiseSource::Known(0.1))],
         ..OutputErrorProblem::new(&system, &p, &recordings)
     };
     let fit = fit(&problem).expect("a fit");
@@ -410,7 +416,7 @@ fn parameters_that_cancel_have_open_profiles_that_name_each_other() {
     let profile = profile(&problem, &fit, 0).expect("a profile");
     // a·b is what matters: a can go as far as one likes on the side away from zero, and below it comes
     // near zero, where b would be infinite.
-    assert!(matches!(profile.upper, End::Open(_)), "{:?}", profile.upper);
+    assert!(matches!(profile.upper, ProfileEnd::Open(_)), "{:?}", profile.upper);
     assert!(profile.deviance.iter().zip(&profile.values).all(|(d, a)| *a < 0.1 || d.abs() < 1e-3));
     let followers = &profile.with_upper;
     assert_eq!(followers.len(), 1);
@@ -427,16 +433,17 @@ fn bounds_close_a_profile_and_priors_count() {
     let p = declared(&system);
     let recordings = [rows(1)];
     let problem = OutputErrorProblem {
-        noise: vec![Some(Noise::Known(0.1))],
+        noise: vec![Some(NoiseSource::Known(0.1))],
         priors: vec![Prior::normal(1, 2.0, 1e-3)],
         ..OutputErrorProblem::new(&system, &p, &recordings)
     };
     let fit = fit(&problem).expect("a fit");
     let found = profiles(&problem, &fit, &[0, 1]).expect("profiles");
-    let ends = [(found[0].lower, Bound::Lower, 0.99), (found[0].upper, Bound::Upper, 1.01)];
+    let ends =
+        [(found[0].lower, BoundReached::Lower, 0.99), (found[0].upper, BoundReached::Upper, 1.01)];
     for (end, bound, value) in ends {
         assert!(
-            end == End::Bound(value) || fit.estimates[0].at_bound == Some(bound),
+            end == ProfileEnd::Bound(value) || fit.estimates[0].at_bound == Some(bound),
             "{end:?}, {bound:?}"
         );
     }
@@ -474,7 +481,7 @@ fn information_adds_up_and_lies_where_it_should() {
     let p = declared(&system);
     let recordings = [heated(1, 100, 0.0)];
     let problem = OutputErrorProblem {
-        noise: vec![Some(Noise::Known(SIGMA))],
+        noise: vec![Some(NoiseSource::Known(SIGMA))],
         ..OutputErrorProblem::new(&system, &p, &recordings)
     };
     let fit = fit(&problem).expect("a fit");
@@ -527,7 +534,7 @@ fn what_more_of_a_kind_would_do_is_what_it_does() {
     let mut recording = heated(1, 100, 0.0);
     recording.measured.push(None);
     // What the model gives, so that estimates stay where they are with more of it.
-    let noise = vec![Some(Noise::Known(SIGMA)), None];
+    let noise = vec![Some(NoiseSource::Known(SIGMA)), None];
     let recordings = [recording.clone()];
     let problem = OutputErrorProblem { noise, ..OutputErrorProblem::new(&system, &p, &recordings) };
     let first = fit(&problem).expect("a fit");
@@ -536,7 +543,7 @@ fn what_more_of_a_kind_would_do_is_what_it_does() {
     recording.measured[0] = Some(measured.clone());
     let kinds = [(0..100).map(|k| usize::from(k % 25 >= 15)).collect::<Vec<usize>>()];
     let fitted = |recordings: &[Recording], sigma_again: f64| {
-        let noise = vec![Some(Noise::Known(SIGMA)), Some(Noise::Known(sigma_again))];
+        let noise = vec![Some(NoiseSource::Known(SIGMA)), Some(NoiseSource::Known(sigma_again))];
         let problem =
             OutputErrorProblem { noise, ..OutputErrorProblem::new(&system, &p, recordings) };
         let fit = fit(&problem).expect("a fit");

@@ -6,31 +6,33 @@ use std::fmt::Write as _;
 use dgd_compiler::codegen;
 use dgd_compiler::diagnostics::{Diagnostics, render};
 use dgd_compiler::model::ModelOptions;
-use dgd_compiler::pipeline::{Compiled, Directions, compile};
-use dgd_compiler::source::{Source, Sources};
-use dgd_execute::Interpreted;
+use dgd_compiler::pipeline::{CompiledStages, SensitivityDirections, compile};
+use dgd_compiler::source::{SourceMap, SourceText};
+use dgd_execute::InterpretedSystem;
 use dgd_runtime::{
-    Inputs, Options, Pattern, Point, Problem, Signature, System, simulate_with_sensitivities,
+    EvaluationPoint, Inputs, Options, Pattern, Problem, Signature, System,
+    simulate_with_sensitivities,
 };
 
 use crate::support;
 use crate::support::Noise;
 
 /// Compiles a text with all sensitivities.
-pub(crate) fn compiled(text: &str) -> (Compiled, Sources) {
-    let (mut sources, mut diagnostics) = (Sources::default(), Diagnostics::default());
-    let main = Source { name: "model.dgd".to_owned(), text: text.to_owned() };
+pub(crate) fn compiled(text: &str) -> (CompiledStages, SourceMap) {
+    let (mut sources, mut diagnostics) = (SourceMap::default(), Diagnostics::default());
+    let main = SourceText { name: "model.dgd".to_owned(), text: text.to_owned() };
     let none = &mut |_: &str| Err("no file".to_owned());
     let options = ModelOptions::default();
-    let compiled = compile(main, &options, &Directions::All, none, &mut sources, &mut diagnostics);
+    let compiled =
+        compile(main, &options, &SensitivityDirections::All, none, &mut sources, &mut diagnostics);
     let Ok(compiled) = compiled else {
-        panic!("{}", render::render(&diagnostics.sorted(), &sources, render::Style::Plain))
+        panic!("{}", render::render(&diagnostics.sorted(), &sources, render::RenderStyle::Plain))
     };
     (compiled, sources)
 }
 
-pub(crate) fn interpreted(text: &str) -> Interpreted {
-    Interpreted::new(compiled(text).0.program)
+pub(crate) fn interpreted(text: &str) -> InterpretedSystem {
+    InterpretedSystem::new(compiled(text).0.program)
 }
 
 /// A line of cells with everything that rows can hold: neighbours, one element in all rows, the
@@ -146,7 +148,7 @@ fn a_model_with_arrays_is_the_model_written_out() {
 
 /// Asserts that two models are one: their functions, derivatives, start values and outputs at random
 /// points. The unknowns of `a` are those of `b`, whose names have `_2` for `[2]`.
-pub(crate) fn assert_the_same(a: &Interpreted, b: &Interpreted) {
+pub(crate) fn assert_the_same(a: &InterpretedSystem, b: &InterpretedSystem) {
     let (sa, sb) = (a.signature().clone(), b.signature().clone());
     let (n, n_s) = (sa.unknowns.len(), sa.directions.len());
     assert_eq!((n, n_s), (sb.unknowns.len(), sb.directions.len()));
@@ -170,9 +172,9 @@ pub(crate) fn assert_the_same(a: &Interpreted, b: &Interpreted) {
         for i in 0..n * n_s {
             s_b[row(i)] = s[i];
         }
-        let at = Point { t: 0.7, y: &y, u: &u, p: &p, z: &[] };
-        let bt = Point { y: &yb, ..at };
-        let linear = |system: &Interpreted, at: Point<'_>, s: &[f64]| {
+        let at = EvaluationPoint { t: 0.7, y: &y, u: &u, p: &p, z: &[] };
+        let bt = EvaluationPoint { y: &yb, ..at };
+        let linear = |system: &InterpretedSystem, at: EvaluationPoint<'_>, s: &[f64]| {
             let signature = system.signature();
             let (mut f, mut dfdt) = (vec![0.0; n], vec![0.0; n]);
             let (mut g, mut dgdt) = (vec![0.0; n * n_s], vec![0.0; n * n_s]);
@@ -273,7 +275,7 @@ fn no_text_grows_with_the_size() {
 }
 
 /// Where ∂f/∂y is found not to vanish by moving one unknown after the other.
-fn moved_places(system: &Interpreted, noise: &mut Noise) -> Vec<(usize, usize)> {
+fn moved_places(system: &InterpretedSystem, noise: &mut Noise) -> Vec<(usize, usize)> {
     let signature = system.signature();
     let n = signature.unknowns.len();
     let p: Vec<f64> = signature.parameters.iter().map(|p| p.value + 0.1 * p.unit.factor).collect();
@@ -284,7 +286,7 @@ fn moved_places(system: &Interpreted, noise: &mut Noise) -> Vec<(usize, usize)> 
         let mut y: Vec<f64> = (0..n).map(|_| 1.5 + noise.next()).collect();
         let rhs = |y: &[f64]| {
             let mut f = vec![0.0; n];
-            system.rhs(Point { t: 0.3, y, u: &u, p: &p, z: &z }, &mut f);
+            system.rhs(EvaluationPoint { t: 0.3, y, u: &u, p: &p, z: &z }, &mut f);
             f
         };
         let before = rhs(&y);
@@ -367,26 +369,26 @@ fn loops_find_the_elements_that_they_determine() {
 fn sizes_are_set_from_outside() {
     use dgd_compiler::model::Setting;
     use dgd_compiler::syntax::parse_setting;
-    let (mut sources, mut diagnostics) = (Sources::default(), Diagnostics::default());
+    let (mut sources, mut diagnostics) = (SourceMap::default(), Diagnostics::default());
     let mut settings = Vec::new();
     for text in ["N=7", "x=0.5"] {
-        let id = sources.add(Source { name: text.to_owned(), text: text.to_owned() });
+        let id = sources.add(SourceText { name: text.to_owned(), text: text.to_owned() });
         let (name, value) = parse_setting(id, &sources, &mut diagnostics).expect("a setting");
         settings.push(Setting { name, value });
     }
     let options = ModelOptions { settings, ..ModelOptions::default() };
-    let main = Source { name: "line.dgd".to_owned(), text: LINE.to_owned() };
+    let main = SourceText { name: "line.dgd".to_owned(), text: LINE.to_owned() };
     let none = &mut |_: &str| Err("no file".to_owned());
-    let directions = Directions::None;
+    let directions = SensitivityDirections::None;
     let compiled =
         compile(main, &options, &directions, none, &mut sources, &mut diagnostics).expect("sound");
     let unknowns = &compiled.program.signature.unknowns;
     assert_eq!((unknowns.len(), &*unknowns.name(15)), (16, "y[7]"));
-    let system = Interpreted::new(compiled.program);
+    let system = InterpretedSystem::new(compiled.program);
     let mut y0 = vec![0.0; 16];
     let p: Vec<f64> = system.signature().parameters.iter().map(|p| p.value).collect();
     let u = vec![1.0; system.signature().n_u()];
-    system.start(Point { t: 0.0, y: &[], u: &u, p: &p, z: &[] }, &mut y0);
+    system.start(EvaluationPoint { t: 0.0, y: &[], u: &u, p: &p, z: &[] }, &mut y0);
     assert_eq!(y0[1..8], [0.5; 7]);
 }
 
@@ -425,7 +427,7 @@ fn rows_of_arrays_read_what_unknowns_were() {
         ),
     ];
     for (loops, flat) in pairs {
-        let run = |system: &Interpreted| {
+        let run = |system: &InterpretedSystem| {
             let p = [0.5];
             let problem = Problem { system, p: &p, inputs: &Inputs::none(), start: &[] };
             simulate_with_sensitivities(&problem, &[0.0, 2.0], &Options::default())

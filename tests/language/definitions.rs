@@ -1,12 +1,14 @@
 //! What a file defines for itself: units, and functions with `let`s.
 
 use dgd_compiler::diagnostics::{Diagnostics, render};
-use dgd_compiler::effects::{Application, Applied, Blending, Effect, apply, write};
+use dgd_compiler::effects::{
+    Effect, EffectApplication, EffectBlending, ModelWithEffects, apply, write,
+};
 use dgd_compiler::model::{ModelOptions, Setting};
-use dgd_compiler::pipeline::{Compiled, Directions, compile_asts, load};
-use dgd_compiler::source::{Source, Sources};
+use dgd_compiler::pipeline::{CompiledStages, SensitivityDirections, compile_asts, load};
+use dgd_compiler::source::{SourceMap, SourceText};
 use dgd_compiler::syntax::{layout, parse, parse_setting};
-use dgd_execute::Interpreted;
+use dgd_execute::InterpretedSystem;
 use dgd_runtime::{Inputs, Options, Problem, System, observe, simulate};
 
 use crate::support::name;
@@ -14,13 +16,13 @@ use crate::support::name;
 /// Files by name; the first is the model.
 type Files<'a> = &'a [(&'a str, &'a str)];
 
-fn loaded(files: Files<'_>, settings: &[&str]) -> Result<(Compiled, Sources), String> {
-    let (mut sources, mut diagnostics) = (Sources::default(), Diagnostics::default());
-    let shown = |diagnostics: &Diagnostics, sources: &Sources| {
-        render::render(&diagnostics.sorted(), sources, render::Style::Plain)
+fn loaded(files: Files<'_>, settings: &[&str]) -> Result<(CompiledStages, SourceMap), String> {
+    let (mut sources, mut diagnostics) = (SourceMap::default(), Diagnostics::default());
+    let shown = |diagnostics: &Diagnostics, sources: &SourceMap| {
+        render::render(&diagnostics.sorted(), sources, render::RenderStyle::Plain)
     };
     let (name, text) = files[0];
-    let main = Source { name: name.to_owned(), text: text.to_owned() };
+    let main = SourceText { name: name.to_owned(), text: text.to_owned() };
     let mut read = |path: &str| {
         let found = files.iter().find(|(name, _)| *name == path);
         found.map(|(_, text)| (*text).to_owned()).ok_or_else(|| "it is not there".to_owned())
@@ -30,25 +32,25 @@ fn loaded(files: Files<'_>, settings: &[&str]) -> Result<(Compiled, Sources), St
     };
     let mut options = ModelOptions::default();
     for text in settings {
-        let source = Source { name: "--set".to_owned(), text: (*text).to_owned() };
+        let source = SourceText { name: "--set".to_owned(), text: (*text).to_owned() };
         let id = sources.add(source);
         let (name, value) = parse_setting(id, &sources, &mut diagnostics)
             .map_err(|_| shown(&diagnostics, &sources))?;
         options.settings.push(Setting { name, value });
     }
-    match compile_asts(asts, &options, &Directions::All, &mut diagnostics) {
+    match compile_asts(asts, &options, &SensitivityDirections::All, &mut diagnostics) {
         Ok(compiled) => Ok((compiled, sources)),
         Err(_) => Err(shown(&diagnostics, &sources)),
     }
 }
 
-fn compiled(files: Files<'_>) -> Compiled {
+fn compiled(files: Files<'_>) -> CompiledStages {
     loaded(files, &[]).unwrap_or_else(|mistakes| panic!("{mistakes}")).0
 }
 
 /// The outputs at the start.
-fn outputs(compiled: Compiled) -> Vec<f64> {
-    let system = Interpreted::new(compiled.program);
+fn outputs(compiled: CompiledStages) -> Vec<f64> {
+    let system = InterpretedSystem::new(compiled.program);
     let p: Vec<f64> = system.signature().parameters.iter().map(|p| p.value).collect();
     let inputs = Inputs::none();
     let problem = Problem { system: &system, p: &p, inputs: &inputs, start: &[] };
@@ -120,19 +122,19 @@ equation length: der(length) = 0 [m/s]
 
 #[test]
 fn an_effect_uses_the_units_of_its_model_and_its_text_has_them() {
-    let (mut sources, mut diagnostics) = (Sources::default(), Diagnostics::default());
-    let main = Source { name: "pump.dgd".to_owned(), text: PUMP.to_owned() };
+    let (mut sources, mut diagnostics) = (SourceMap::default(), Diagnostics::default());
+    let main = SourceText { name: "pump.dgd".to_owned(), text: PUMP.to_owned() };
     let mut read = |_: &str| Err("nothing".to_owned());
     let asts = load(main, &mut read, &mut sources, &mut diagnostics).expect("a model");
     let text = "effect leak on pump\nkind plant\nparameter lost [stroke/min] = 2\nnull lost = 0\n\
                 function half(q) = {\n  let twice = 2*q\n  twice/4\n}\nadd -half(lost) to level\n";
-    let id = sources.add(Source { name: "leak.dgd".to_owned(), text: text.to_owned() });
+    let id = sources.add(SourceText { name: "leak.dgd".to_owned(), text: text.to_owned() });
     let ast = parse(id, &sources, &mut diagnostics).expect("an effect");
     let effect = Effect::read(ast, &mut diagnostics).expect("an effect");
     let application =
-        Application { effect: &effect, arguments: Vec::new(), span: effect.name.span };
-    let Applied { asts: changed, brought } =
-        apply(&asts, &[application], Blending::Applied, &mut diagnostics).expect("applied");
+        EffectApplication { effect: &effect, arguments: Vec::new(), span: effect.name.span };
+    let ModelWithEffects { asts: changed, brought } =
+        apply(&asts, &[application], EffectBlending::Applied, &mut diagnostics).expect("applied");
     let written = write(&asts[0], &changed[0], &brought, &sources);
     assert!(
         written.contains("unit stroke = 0.118 [l]") && written.contains("let twice"),
@@ -157,25 +159,29 @@ function drop(x [m]) = {
 equation level: der(h) = -drop(h)/1 [m*s]
 output rate [m/s] = -drop(h)/1 [m*s]
 ";
-    let (mut sources, mut diagnostics) = (Sources::default(), Diagnostics::default());
-    let main = Source { name: "tank.dgd".to_owned(), text: text.to_owned() };
+    let (mut sources, mut diagnostics) = (SourceMap::default(), Diagnostics::default());
+    let main = SourceText { name: "tank.dgd".to_owned(), text: text.to_owned() };
     let mut read = |_: &str| Err("nothing".to_owned());
     let asts = load(main, &mut read, &mut sources, &mut diagnostics).expect("a model");
     let effect = "effect worn on tank\nkind plant\nparameter more = 1\nnull more = 0\nreplace k in level by k + more\n";
-    let id = sources.add(Source { name: "worn.dgd".to_owned(), text: effect.to_owned() });
+    let id = sources.add(SourceText { name: "worn.dgd".to_owned(), text: effect.to_owned() });
     let effect =
         Effect::read(parse(id, &sources, &mut diagnostics).expect("an effect"), &mut diagnostics)
             .expect("an effect");
     let application =
-        Application { effect: &effect, arguments: Vec::new(), span: effect.name.span };
+        EffectApplication { effect: &effect, arguments: Vec::new(), span: effect.name.span };
     let applied =
-        apply(&asts, &[application], Blending::Applied, &mut diagnostics).expect("applied");
-    let compiled =
-        compile_asts(applied.asts, &ModelOptions::default(), &Directions::All, &mut diagnostics)
-            .expect("sound");
-    let system = Interpreted::new(compiled.program);
+        apply(&asts, &[application], EffectBlending::Applied, &mut diagnostics).expect("applied");
+    let compiled = compile_asts(
+        applied.asts,
+        &ModelOptions::default(),
+        &SensitivityDirections::All,
+        &mut diagnostics,
+    )
+    .expect("sound");
+    let system = InterpretedSystem::new(compiled.program);
     let (p, y) = ([3.0, 1.0], [2.0]);
-    let at = dgd_runtime::Point { t: 0.0, y: &y, u: &[], p: &p, z: &[] };
+    let at = dgd_runtime::EvaluationPoint { t: 0.0, y: &y, u: &[], p: &p, z: &[] };
     let (mut f, mut w) = ([0.0], [0.0]);
     system.rhs(at, &mut f);
     system.outputs(at, &mut w);
@@ -267,8 +273,8 @@ every 10 [s] {
 when x rises above 1 or x falls below -1 { reset x = 0 }
 ";
     let laid_out = |text: &str| {
-        let mut sources = Sources::default();
-        let id = sources.add(Source { name: "m.dgd".to_owned(), text: text.to_owned() });
+        let mut sources = SourceMap::default();
+        let id = sources.add(SourceText { name: "m.dgd".to_owned(), text: text.to_owned() });
         layout::format(id, &sources, &mut Diagnostics::default()).expect("tokens")
     };
     assert_eq!(laid_out(text), expected);

@@ -2,62 +2,62 @@
 //! leaves the model as it is where it vanishes.
 
 use dgd_compiler::diagnostics::{Diagnostics, render};
-use dgd_compiler::effects::{self, Application, Applied, Blending, Effect};
+use dgd_compiler::effects::{self, Effect, EffectApplication, EffectBlending, ModelWithEffects};
 use dgd_compiler::expr::{ExprId, Symbol};
 use dgd_compiler::model::{Model, ModelOptions, resolve};
-use dgd_compiler::pipeline::{Compiled, Directions, compile_asts, load};
-use dgd_compiler::source::{Source, Sources};
+use dgd_compiler::pipeline::{CompiledStages, SensitivityDirections, compile_asts, load};
+use dgd_compiler::source::{SourceMap, SourceText};
 use dgd_compiler::syntax::ast::Ast;
 use dgd_compiler::syntax::layout;
-use dgd_data::Disk;
+use dgd_data::DiskFiles;
 use dgd_work::load_folder;
 
 use crate::support::{name, root};
 
 /// The circulation model, and the effects beside it.
 struct Library {
-    sources: Sources,
+    sources: SourceMap,
     asts: Vec<Ast>,
     effects: Vec<Effect>,
 }
 
-fn shown(diagnostics: &Diagnostics, sources: &Sources) -> String {
-    render::render(&diagnostics.sorted(), sources, render::Style::Plain)
+fn shown(diagnostics: &Diagnostics, sources: &SourceMap) -> String {
+    render::render(&diagnostics.sorted(), sources, render::RenderStyle::Plain)
 }
 
 impl Library {
     fn read() -> Library {
         let path = root().join("models/mud_circulation.dgd");
         let text = std::fs::read_to_string(&path).expect("the model");
-        let main = Source { name: path.display().to_string(), text };
-        let (mut sources, mut diagnostics) = (Sources::default(), Diagnostics::default());
+        let main = SourceText { name: path.display().to_string(), text };
+        let (mut sources, mut diagnostics) = (SourceMap::default(), Diagnostics::default());
         let mut read = |_: &str| Err("this model imports nothing".to_owned());
         let asts = load(main, &mut read, &mut sources, &mut diagnostics);
         let folder = root().join("models/effects");
-        let effects = load_folder(&Disk, &folder, &mut sources, &mut diagnostics);
+        let effects = load_folder(&DiskFiles, &folder, &mut sources, &mut diagnostics);
         match (asts, effects) {
             (Ok(asts), Ok(effects)) => Library { sources, asts, effects },
             _ => panic!("{}", shown(&diagnostics, &sources)),
         }
     }
 
-    fn compiled(&self, asts: Vec<Ast>, flow: &str) -> Compiled {
+    fn compiled(&self, asts: Vec<Ast>, flow: &str) -> CompiledStages {
         let mut diagnostics = Diagnostics::default();
         let options =
             ModelOptions { variants: vec![(name("flow"), name(flow))], ..ModelOptions::default() };
-        compile_asts(asts, &options, &Directions::All, &mut diagnostics)
+        compile_asts(asts, &options, &SensitivityDirections::All, &mut diagnostics)
             .unwrap_or_else(|_| panic!("{}", shown(&diagnostics, &self.sources)))
     }
 
     /// Every effect in every way that it can be bound.
-    fn applications(&self) -> Vec<Application<'_>> {
+    fn applications(&self) -> Vec<EffectApplication<'_>> {
         let mut diagnostics = Diagnostics::default();
         let model = resolve(&self.asts, &ModelOptions::default(), &mut diagnostics).expect("sound");
         let mut all = Vec::new();
         for effect in &self.effects {
             let lists = effects::bind(effect, &model);
             assert!(!lists.is_empty(), "{} fits nothing", effect.full_name());
-            all.extend(lists.into_iter().map(|list| Application {
+            all.extend(lists.into_iter().map(|list| EffectApplication {
                 effect,
                 arguments: list.iter().map(|argument| name(argument)).collect(),
                 span: effect.name.span,
@@ -66,7 +66,11 @@ impl Library {
         all
     }
 
-    fn applied(&self, applications: &[Application<'_>], blending: Blending) -> Applied {
+    fn applied(
+        &self,
+        applications: &[EffectApplication<'_>],
+        blending: EffectBlending,
+    ) -> ModelWithEffects {
         let mut diagnostics = Diagnostics::default();
         effects::apply(&self.asts, applications, blending, &mut diagnostics)
             .unwrap_or_else(|_| panic!("{}", shown(&diagnostics, &self.sources)))
@@ -94,7 +98,7 @@ fn values(model: &Model, n_equations: usize) -> Vec<f64> {
             | Symbol::SweptInputSlope(..)
             | Symbol::Sensitivity(_)
             | Symbol::SweptSensitivity(_)
-            | Symbol::Late(_)
+            | Symbol::Delayed(_)
             | Symbol::DelayedUnknown(_)
             | Symbol::Past(..)
             | Symbol::Discrete(_) => {
@@ -111,7 +115,7 @@ fn values(model: &Model, n_equations: usize) -> Vec<f64> {
 fn every_effect_fits_its_model_in_each_variant() {
     let library = Library::read();
     for application in library.applications() {
-        let applied = library.applied(std::slice::from_ref(&application), Blending::Applied);
+        let applied = library.applied(std::slice::from_ref(&application), EffectBlending::Applied);
         for flow in ["dynamic", "static"] {
             library.compiled(applied.asts.clone(), flow);
         }
@@ -125,14 +129,14 @@ fn every_effect_vanishes_at_its_null_alone_and_with_all_others() {
     let alone = applications.iter().map(std::slice::from_ref);
     // Forms of one effect are not applied together: all effects, each in its first form, its second,
     // and so on.
-    let forms = |a: &Application<'_>| {
+    let forms = |a: &EffectApplication<'_>| {
         let of_it = applications
             .iter()
             .filter(|b| b.effect.name.text == a.effect.name.text && b.arguments == a.arguments);
         of_it.map(|b| b.effect.full_name()).collect::<Vec<String>>()
     };
     let most = applications.iter().map(|a| forms(a).len()).max().expect("an effect");
-    let together: Vec<Vec<Application<'_>>> = (0..most)
+    let together: Vec<Vec<EffectApplication<'_>>> = (0..most)
         .map(|k| {
             let chosen = applications.iter().filter(|a| {
                 let forms = forms(a);
@@ -145,7 +149,7 @@ fn every_effect_vanishes_at_its_null_alone_and_with_all_others() {
         let base = library.compiled(library.asts.clone(), flow).model;
         let n_equations = base.equations.len();
         for some in alone.clone().chain(together.iter().map(Vec::as_slice)) {
-            let applied = library.applied(some, Blending::Null);
+            let applied = library.applied(some, EffectBlending::Null);
             let model = library.compiled(applied.asts, flow).model;
             assert_eq!(
                 values(&model, n_equations),

@@ -3,11 +3,11 @@
 
 use std::fmt::Write as _;
 
-use dgd_compiler::pipeline::Directions;
-use dgd_execute::Interpreted;
+use dgd_compiler::pipeline::SensitivityDirections;
+use dgd_execute::InterpretedSystem;
 use dgd_runtime::{
-    Column, Direction, Inputs, Interpolation, Options, Problem, Solved, System, find_method,
-    observe, simulate_with_sensitivities,
+    Direction, InputColumn, Inputs, Interpolation, Options, Problem, SolvableSystem, System,
+    find_method, observe, simulate_with_sensitivities,
 };
 
 use crate::arrays::interpreted;
@@ -23,7 +23,7 @@ const ROUNDING: f64 = 1e-10;
 
 /// Asserts that outputs and their derivatives with respect to parameters are those of the other model,
 /// whose outputs are in the same order.
-fn assert_runs_agree(a: &Interpreted, b: &Interpreted, times: &[f64]) {
+fn assert_runs_agree(a: &InterpretedSystem, b: &InterpretedSystem, times: &[f64]) {
     for method in ["rodas5p", "bdf"] {
         let [(one, n), (other, m)] = [a, b].map(|system| run(system, times, method));
         assert_eq!(n, m, "outputs and derivatives");
@@ -39,14 +39,14 @@ fn assert_runs_agree(a: &Interpreted, b: &Interpreted, times: &[f64]) {
 }
 
 /// Outputs and their derivatives, row by row, and how many there are in a row.
-fn run(system: &impl Solved, times: &[f64], method: &str) -> (Vec<f64>, usize) {
+fn run(system: &impl SolvableSystem, times: &[f64], method: &str) -> (Vec<f64>, usize) {
     let signature = system.signature();
     let p: Vec<f64> = signature.parameters.iter().map(|parameter| parameter.value).collect();
     let values: Vec<f64> = (0..times.len()).map(|k| 1.0 + (k % 4) as f64).collect();
-    let columns: Vec<Column<'_>> = signature
+    let columns: Vec<InputColumn<'_>> = signature
         .inputs
         .iter()
-        .map(|input| Column {
+        .map(|input| InputColumn {
             name: &input.name,
             interpolation: Interpolation::Hold,
             values: &values,
@@ -150,7 +150,7 @@ every 10 [s] {
         text += &BASIN.replace('#', &i.to_string());
     }
     let whole = interpreted(&text);
-    let automata = |system: &Interpreted| system.signature().discrete.automata.len();
+    let automata = |system: &InterpretedSystem| system.signature().discrete.automata.len();
     assert_eq!(automata(&rows), 7, "one clock, three `when`s, three saturations");
     assert_eq!(automata(&rows), automata(&whole));
     assert_runs_agree(&rows, &whole, &times());
@@ -413,7 +413,8 @@ fn generated_code_runs_as_the_interpreter_does() {
 #[test]
 fn an_array_of_parameters_is_named_as_a_whole_or_by_element() {
     let directions = |names: &[&str]| {
-        let names = Directions::Named(names.iter().map(|name| support::name(name)).collect());
+        let names =
+            SensitivityDirections::Named(names.iter().map(|name| support::name(name)).collect());
         let path = std::path::Path::new("models/pack_of_cells.dgd");
         support::compiled_with(path, &[], &names).program.signature.directions.len()
     };

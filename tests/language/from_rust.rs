@@ -2,9 +2,9 @@
 
 use std::path::Path;
 
-use dgd::{At, Error, Options, Problem, Recording};
-use dgd_compiler::pipeline::Directions;
-use dgd_execute::Interpreted;
+use dgd::{Error, LinearizationPoint, Options, Problem, Recording};
+use dgd_compiler::pipeline::SensitivityDirections;
+use dgd_execute::InterpretedSystem;
 
 use crate::support::compiled_text;
 
@@ -82,7 +82,7 @@ fn a_linear_model_is_labelled() -> Result<(), Error> {
     let inputs = step()?;
     let problem = Problem::new(&Model, &Parameters::default(), &inputs);
     let options = Options::default();
-    let at_rest = dgd::linearize(&problem, At::Steady(60.0), &options)?;
+    let at_rest = dgd::linearize(&problem, LinearizationPoint::Steady(60.0), &options)?;
     assert_eq!(at_rest.states(), ["h", "q"]);
     assert_eq!(at_rest.inputs(), ["omega", "q_in"]);
     assert_eq!(at_rest.outputs(), ["h", "q"]);
@@ -91,7 +91,8 @@ fn a_linear_model_is_labelled() -> Result<(), Error> {
     assert!((at_rest.a()[0][1] * area - 1.0).abs() < 1e-9);
     assert!((at_rest.b()[0][1] * area + 1.0).abs() < 1e-9);
     assert!(at_rest.poles()?.iter().all(|(real, _)| *real < 0.0));
-    let on_the_way = dgd::linearize(&problem, At::Run { from: 0.0, until: 100.0 }, &options)?;
+    let on_the_way =
+        dgd::linearize(&problem, LinearizationPoint::Run { from: 0.0, until: 100.0 }, &options)?;
     assert_ne!(on_the_way.a(), at_rest.a());
     Ok(())
 }
@@ -119,8 +120,9 @@ fn an_ensemble_gives_what_its_members_give_alone() -> Result<(), Error> {
 fn another_model_in_an_ensemble_is_run_as_itself() -> Result<(), Error> {
     let falling = |rate: f64| {
         let text = format!("model fall\nstate x [m] = 1\nequation e: der(x) = -{rate}*x/1 [s]\n");
-        let compiled = compiled_text(Path::new("fall.dgd"), text, (&[], &[]), &Directions::None);
-        Interpreted::new(compiled.program)
+        let compiled =
+            compiled_text(Path::new("fall.dgd"), text, (&[], &[]), &SensitivityDirections::None);
+        InterpretedSystem::new(compiled.program)
     };
     let (slow, fast) = (falling(1.0), falling(2.0));
     let inputs = dgd::Inputs::none();

@@ -2,8 +2,8 @@
 
 use std::path::Path;
 
-use dgd_compiler::pipeline::Directions;
-use dgd_execute::Interpreted;
+use dgd_compiler::pipeline::SensitivityDirections;
+use dgd_execute::InterpretedSystem;
 use dgd_runtime::linalg::{AutoLu, Factorisation};
 use dgd_runtime::{Inputs, Options, Problem, Solution, System, simulate_chosen};
 
@@ -13,16 +13,17 @@ const FILE: &str = "bench/peers/dgd/line.dgd";
 const RTOL: f64 = 1e-5;
 
 /// The line with `cells` cells and some items more.
-fn line(cells: usize, more: &str) -> Interpreted {
+fn line(cells: usize, more: &str) -> InterpretedSystem {
     let text = std::fs::read_to_string(root().join(FILE)).expect("the model's file");
     let settings = format!("N = {cells}");
     let choices = (&[][..], &[settings.as_str()][..]);
-    let compiled = compiled_text(Path::new(FILE), text + more, choices, &Directions::None);
-    Interpreted::new(compiled.program)
+    let compiled =
+        compiled_text(Path::new(FILE), text + more, choices, &SensitivityDirections::None);
+    InterpretedSystem::new(compiled.program)
 }
 
 /// Chosen unknowns at whole seconds, with the tolerances of the benchmark.
-fn run(system: &Interpreted, chosen: &[usize]) -> Solution {
+fn run(system: &InterpretedSystem, chosen: &[usize]) -> Solution {
     let inputs = Inputs::none();
     let times: Vec<f64> = (0..=20).map(f64::from).collect();
     let options = Options { rtol: RTOL, atol: RTOL, ..Options::default() };

@@ -3,8 +3,8 @@
 use std::cell::RefCell;
 use std::path::Path;
 
-use dgd_execute::Interpreted;
-use dgd_runtime::{Point, System, discrete_numbers};
+use dgd_execute::InterpretedSystem;
+use dgd_runtime::{EvaluationPoint, System, discrete_numbers};
 
 use crate::support::{Noise, compiled, input_values, interpreted};
 
@@ -18,7 +18,7 @@ struct Evaluated {
 }
 
 /// Evaluates a system at a place near its start; parameters are asked for by name.
-fn evaluated(system: &Interpreted, seed: u64, p: &dyn Fn(&str) -> f64) -> Evaluated {
+fn evaluated(system: &InterpretedSystem, seed: u64, p: &dyn Fn(&str) -> f64) -> Evaluated {
     let signature = system.signature();
     let noise = RefCell::new(Noise::new(seed));
     let u = input_values(
@@ -30,19 +30,19 @@ fn evaluated(system: &Interpreted, seed: u64, p: &dyn Fn(&str) -> f64) -> Evalua
     let p: Vec<f64> = signature.parameters.iter().map(|parameter| p(&parameter.name)).collect();
     let z = discrete_numbers(system, &p, 0.0);
     let mut y = vec![0.0; signature.unknowns.len()];
-    system.start(Point { t: 0.0, y: &[], u: &u, p: &p, z: &z }, &mut y);
+    system.start(EvaluationPoint { t: 0.0, y: &[], u: &u, p: &p, z: &z }, &mut y);
     let start = y.clone();
     for y in &mut y {
         *y *= 1.0 + 0.3 * noise.next();
     }
-    let at = Point { t: 0.0, y: &y, u: &u, p: &p, z: &z };
+    let at = EvaluationPoint { t: 0.0, y: &y, u: &u, p: &p, z: &z };
     let (mut f, mut w) = (vec![0.0; y.len()], vec![0.0; signature.outputs.len()]);
     system.rhs(at, &mut f);
     system.outputs(at, &mut w);
     Evaluated { start, f, w }
 }
 
-fn declared(system: &Interpreted, name: &str) -> f64 {
+fn declared(system: &InterpretedSystem, name: &str) -> f64 {
     let mut all = system.signature().parameters.iter();
     all.find(|p| &*p.name == name).unwrap_or_else(|| panic!("no parameter `{name}`")).value
 }

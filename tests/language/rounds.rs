@@ -4,7 +4,7 @@
 use std::fmt::Write as _;
 
 use dgd_compiler::codegen;
-use dgd_compiler::program::{Function, FunctionKind, Loop, Program};
+use dgd_compiler::program::{FunctionKind, Loop, Program, ProgramFunction};
 
 use crate::arrays::{assert_the_same, compiled, interpreted};
 
@@ -189,7 +189,7 @@ fn rounds(program: &Program) -> Vec<(u32, u32)> {
 
 /// How many operations and stores the functions of a program are.
 fn operations(program: &Program) -> usize {
-    let length = |function: &Function| {
+    let length = |function: &ProgramFunction| {
         let of_loop = |part: &Loop| part.operations().count() + part.stores.len();
         let results: usize = function.results.iter().map(Vec::len).sum();
         function.body.len() + results + function.loops.iter().map(of_loop).sum::<usize>()

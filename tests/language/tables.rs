@@ -5,31 +5,32 @@ use std::fmt::Write as _;
 
 use dgd_compiler::diagnostics::{Diagnostics, render};
 use dgd_compiler::model::ModelOptions;
-use dgd_compiler::pipeline::{Compiled, Directions, compile};
-use dgd_compiler::source::{Source, Sources};
+use dgd_compiler::pipeline::{CompiledStages, SensitivityDirections, compile};
+use dgd_compiler::source::{SourceMap, SourceText};
 use dgd_compiler::syntax::edit::with_values;
 use dgd_compiler::syntax::{parse, places, print};
-use dgd_execute::Interpreted;
+use dgd_execute::InterpretedSystem;
 use dgd_runtime::{Inputs, Options, Problem, observe, simulate};
 
 /// Compiles a model in `models/m.dgd` with these other files.
-fn compiled(text: &str, files: &[(&str, &str)]) -> Result<Compiled, String> {
+fn compiled(text: &str, files: &[(&str, &str)]) -> Result<CompiledStages, String> {
     let files: BTreeMap<&str, &str> = files.iter().copied().collect();
-    let (mut sources, mut diagnostics) = (Sources::default(), Diagnostics::default());
+    let (mut sources, mut diagnostics) = (SourceMap::default(), Diagnostics::default());
     let compiled = compile(
-        Source { name: "models/m.dgd".to_owned(), text: text.to_owned() },
+        SourceText { name: "models/m.dgd".to_owned(), text: text.to_owned() },
         &ModelOptions::default(),
-        &Directions::All,
+        &SensitivityDirections::All,
         &mut |path| files.get(path).map(|t| (*t).to_owned()).ok_or("not there".to_owned()),
         &mut sources,
         &mut diagnostics,
     );
-    compiled.map_err(|_| render::render(&diagnostics.sorted(), &sources, render::Style::Plain))
+    compiled
+        .map_err(|_| render::render(&diagnostics.sorted(), &sources, render::RenderStyle::Plain))
 }
 
 /// Outputs of a model without unknowns of interest, at these times.
-fn outputs(compiled: Compiled, times: &[f64]) -> Vec<Vec<f64>> {
-    let system = Interpreted::new(compiled.program);
+fn outputs(compiled: CompiledStages, times: &[f64]) -> Vec<Vec<f64>> {
+    let system = InterpretedSystem::new(compiled.program);
     let inputs = Inputs::none();
     let problem = Problem { system: &system, p: &[], inputs: &inputs, start: &[] };
     let solution = simulate(&problem, times, &Options::default()).expect("a run");
@@ -105,10 +106,10 @@ fn a_file_says_the_same_as_points_that_are_written() {
     }
 
     // What is read stays where it was read from.
-    let (mut sources, mut diagnostics) = (Sources::default(), Diagnostics::default());
-    let id = sources.add(Source { name: "m.dgd".to_owned(), text: text.clone() });
+    let (mut sources, mut diagnostics) = (SourceMap::default(), Diagnostics::default());
+    let id = sources.add(SourceText { name: "m.dgd".to_owned(), text: text.clone() });
     let ast = parse(id, &sources, &mut diagnostics).expect("a tree");
-    let printed = sources.add(Source { name: "m.dgd".to_owned(), text: print::print(&ast) });
+    let printed = sources.add(SourceText { name: "m.dgd".to_owned(), text: print::print(&ast) });
     let again = parse(printed, &sources, &mut diagnostics).expect("a tree");
     assert_eq!(places::without_places(&again), places::without_places(&ast));
     let moved = with_values(&ast, &text, &[], |path| Some(format!("../{path}")));

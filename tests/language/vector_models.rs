@@ -1,9 +1,9 @@
 //! Models with arrays of several indices and arrays of parameters, against closed forms and against
 //! exponentials of matrices by SciPy.
 
-use dgd_compiler::pipeline::Directions;
-use dgd_execute::Interpreted;
-use dgd_runtime::{Column, Inputs, Observations, Options, Problem, System, observe, simulate};
+use dgd_compiler::pipeline::SensitivityDirections;
+use dgd_execute::InterpretedSystem;
+use dgd_runtime::{InputColumn, Inputs, Observations, Options, Problem, System, observe, simulate};
 
 use crate::support::{compiled_text, root};
 
@@ -29,8 +29,8 @@ impl Run {
 fn run(name: &str, settings: &[&str], inputs: &[(f64, &[f64])], times: &[f64]) -> Run {
     let path = root().join("models").join(name);
     let text = std::fs::read_to_string(&path).expect("the model's file");
-    let compiled = compiled_text(&path, text, (&[], settings), &Directions::None);
-    let system = Interpreted::new(compiled.program);
+    let compiled = compiled_text(&path, text, (&[], settings), &SensitivityDirections::None);
+    let system = InterpretedSystem::new(compiled.program);
     let signature = system.signature();
     let p: Vec<f64> = signature.parameters.iter().map(|parameter| parameter.value).collect();
     // A jump is two rows of one time.
@@ -43,8 +43,8 @@ fn run(name: &str, settings: &[&str], inputs: &[(f64, &[f64])], times: &[f64]) -
     let at: Vec<f64> = rows.iter().map(|(t, _)| *t).collect();
     let values: Vec<Vec<f64>> =
         (0..signature.inputs.len()).map(|i| rows.iter().map(|(_, row)| row[i]).collect()).collect();
-    let columns: Vec<Column<'_>> = (signature.inputs.iter().zip(&values))
-        .map(|(input, values)| Column {
+    let columns: Vec<InputColumn<'_>> = (signature.inputs.iter().zip(&values))
+        .map(|(input, values)| InputColumn {
             name: &input.name,
             interpolation: input.interpolation,
             values,

@@ -5,10 +5,10 @@ use std::fmt::Write as _;
 
 use dgd_compiler::diagnostics::Diagnostics;
 use dgd_compiler::model::{ModelOptions, Setting};
-use dgd_compiler::pipeline::{Directions, compile};
-use dgd_compiler::source::{Source, Sources};
+use dgd_compiler::pipeline::{SensitivityDirections, compile};
+use dgd_compiler::source::{SourceMap, SourceText};
 use dgd_compiler::syntax::parse_setting;
-use dgd_runtime::{Point, System};
+use dgd_runtime::{EvaluationPoint, System};
 
 use crate::arrays::{assert_the_same, compiled, interpreted};
 
@@ -182,25 +182,25 @@ fn elements_have_names_wherever_they_are_shown() {
 
 /// Parameters and start values with these settings.
 fn set(settings: &[&str]) -> Result<(Vec<f64>, Vec<f64>), String> {
-    let (mut sources, mut diagnostics) = (Sources::default(), Diagnostics::default());
+    let (mut sources, mut diagnostics) = (SourceMap::default(), Diagnostics::default());
     let mut all = Vec::new();
     for text in settings {
-        let id = sources.add(Source { name: (*text).to_owned(), text: (*text).to_owned() });
+        let id = sources.add(SourceText { name: (*text).to_owned(), text: (*text).to_owned() });
         let (name, value) = parse_setting(id, &sources, &mut diagnostics).expect("a setting");
         all.push(Setting { name, value });
     }
     let options = ModelOptions { settings: all, ..ModelOptions::default() };
-    let main = Source { name: "plate.dgd".to_owned(), text: PLATE.to_owned() };
+    let main = SourceText { name: "plate.dgd".to_owned(), text: PLATE.to_owned() };
     let none = &mut |_: &str| Err("no file".to_owned());
-    let directions = Directions::None;
+    let directions = SensitivityDirections::None;
     let compiled = compile(main, &options, &directions, none, &mut sources, &mut diagnostics)
         .map_err(|_| diagnostics.sorted()[0].message.clone())?;
-    let system = dgd_execute::Interpreted::new(compiled.program);
+    let system = dgd_execute::InterpretedSystem::new(compiled.program);
     let signature = system.signature();
     let p: Vec<f64> = signature.parameters.iter().map(|p| p.value).collect();
     let u = vec![1.0; signature.n_u()];
     let mut y = vec![0.0; signature.unknowns.len()];
-    system.start(Point { t: 0.0, y: &[], u: &u, p: &p, z: &[] }, &mut y);
+    system.start(EvaluationPoint { t: 0.0, y: &[], u: &u, p: &p, z: &[] }, &mut y);
     Ok((p, y))
 }
 

@@ -1,23 +1,26 @@
 //! Many members at once: what each gives is its own, and what `simulate` gives.
 
-use dgd_execute::Loaded;
-use dgd_runtime::ensemble::{Ensemble, Kept, Member, Wanted, reduce, simulate};
+use dgd_execute::LoadedSystem;
+use dgd_runtime::ensemble::{
+    Ensemble, EnsembleQuantities, Member, OwnedTrajectory, reduce, simulate,
+};
 use dgd_runtime::{
-    Column, Failure, Inputs, Interpolation, Options, Problem, Solved, System, find_method, observe,
+    Failure, InputColumn, Inputs, Interpolation, Options, Problem, SolvableSystem, System,
+    find_method, observe,
 };
 
 use crate::generated;
 use crate::support::{Noise, native};
 
 /// Loaded: lanes of a generated model are compiled for each, and those of one tell as much as those of all.
-fn bench_two_state(variants: &[(&str, &str)]) -> Loaded {
+fn bench_two_state(variants: &[(&str, &str)]) -> LoadedSystem {
     native("models/bench_two_state.dgd", variants)
 }
 
-type Outcome = Result<Kept, Failure>;
+type Outcome = Result<OwnedTrajectory, Failure>;
 
 /// Declared parameters, each moved by up to a tenth.
-fn parameter_sets(system: &impl Solved, count: usize) -> Vec<Vec<f64>> {
+fn parameter_sets(system: &impl SolvableSystem, count: usize) -> Vec<Vec<f64>> {
     let mut noise = Noise::new(7);
     let parameters = &system.signature().parameters;
     let set = |_| parameters.iter().map(|p| p.value * (1.0 + 0.1 * noise.next())).collect();
@@ -25,7 +28,7 @@ fn parameter_sets(system: &impl Solved, count: usize) -> Vec<Vec<f64>> {
 }
 
 /// Inputs that jump, or go on in straight lines, every 37 s.
-fn inputs(system: &impl Solved) -> Inputs {
+fn inputs(system: &impl SolvableSystem) -> Inputs {
     let mut noise = Noise::new(11);
     let times: Vec<f64> = (0..12).map(|k| 37.0 * f64::from(k)).collect();
     let signature = system.signature();
@@ -37,8 +40,8 @@ fn inputs(system: &impl Solved) -> Inputs {
         })
         .collect();
     let columns = signature.inputs.iter().zip(&samples);
-    let columns: Vec<Column<'_>> = columns
-        .map(|(input, values)| Column {
+    let columns: Vec<InputColumn<'_>> = columns
+        .map(|(input, values)| InputColumn {
             name: &input.name,
             interpolation: input.interpolation,
             values,
@@ -55,7 +58,7 @@ fn members<'a>(sets: &'a [Vec<f64>], inputs: &'a Inputs) -> Vec<Member<'a>> {
     sets.iter().map(|p| Member { p, inputs, start: &[] }).collect()
 }
 
-fn run<S: Solved + Clone + Send>(
+fn run<S: SolvableSystem + Clone + Send>(
     system: &S,
     members: &[Member<'_>],
     times: &[f64],
@@ -71,7 +74,7 @@ fn method(name: &str) -> Options {
 
 #[test]
 fn a_member_does_not_depend_on_its_neighbours_its_place_or_the_threads() {
-    fn verify<S: Solved + Clone + Send>(system: &S, name: &str) {
+    fn verify<S: SolvableSystem + Clone + Send>(system: &S, name: &str) {
         let (inputs, times) = (inputs(system), seconds(300));
         let sets = parameter_sets(system, 21);
         let members = members(&sets, &inputs);
@@ -98,8 +101,13 @@ fn a_member_does_not_depend_on_its_neighbours_its_place_or_the_threads() {
 }
 
 /// The largest difference of unknowns and outputs, in units of the largest value of each.
-fn distance(a: &Kept, b: &Kept, times: &[f64], system: &impl Solved) -> f64 {
-    let (a, b) = (a.at(times), b.at(times));
+fn distance(
+    a: &OwnedTrajectory,
+    b: &OwnedTrajectory,
+    times: &[f64],
+    system: &impl SolvableSystem,
+) -> f64 {
+    let (a, b) = (a.to_trajectory(times), b.to_trajectory(times));
     let signature = system.signature();
     let unknowns = (0..signature.unknowns.len()).map(|i| (a.unknown(i), b.unknown(i)));
     let outputs = (0..signature.outputs.len()).map(|i| (a.output(i), b.output(i)));
@@ -113,7 +121,12 @@ fn distance(a: &Kept, b: &Kept, times: &[f64], system: &impl Solved) -> f64 {
 }
 
 /// One member by the integrator itself, quantity by quantity.
-fn alone(system: &impl Solved, member: &Member<'_>, times: &[f64], options: &Options) -> Kept {
+fn alone(
+    system: &impl SolvableSystem,
+    member: &Member<'_>,
+    times: &[f64],
+    options: &Options,
+) -> OwnedTrajectory {
     let problem = Problem { system, p: member.p, inputs: member.inputs, start: member.start };
     let solution = dgd_runtime::simulate(&problem, times, options).expect("a run to the end");
     let observed = observe(&problem, &solution);
@@ -121,12 +134,17 @@ fn alone(system: &impl Solved, member: &Member<'_>, times: &[f64], options: &Opt
         let width = values.len() / times.len();
         (0..width).flat_map(|i| values.iter().skip(i).step_by(width).copied()).collect()
     };
-    Kept::new(by_quantity(&solution.y), by_quantity(&observed.w), solution.statistics)
+    OwnedTrajectory::new(by_quantity(&solution.y), by_quantity(&observed.w), solution.statistics)
 }
 
 #[test]
 fn lanes_are_as_near_to_the_solution_as_the_integrator() {
-    fn verify<S: Solved + Clone + Send>(system: &S, times: &[f64], inputs: &Inputs, name: &str) {
+    fn verify<S: SolvableSystem + Clone + Send>(
+        system: &S,
+        times: &[f64],
+        inputs: &Inputs,
+        name: &str,
+    ) {
         let sets = parameter_sets(system, 11);
         let members = members(&sets, inputs);
         let options = method(name);
@@ -170,7 +188,8 @@ fn lanes_are_as_near_to_the_solution_as_the_integrator() {
 #[test]
 fn both_sides_of_a_jump_are_given_where_a_time_is_asked_for_twice() {
     let system = bench_two_state(&[("flow", "static")]);
-    let column = Column { name: "w", interpolation: Interpolation::Hold, values: &[0.8, 0.88] };
+    let column =
+        InputColumn { name: "w", interpolation: Interpolation::Hold, values: &[0.8, 0.88] };
     let inputs = Inputs::recorded(&[0.0, 100.0], &[column]).expect("sound samples");
     let sets = parameter_sets(&system, 9);
     let members = members(&sets, &inputs);
@@ -204,7 +223,7 @@ fn generated_and_loaded_models_give_the_same_bits() {
 
 #[test]
 fn what_has_no_lanes_is_run_by_the_integrator() {
-    fn verify<S: Solved + Clone + Send>(system: &S, inputs: &Inputs, options: &Options) {
+    fn verify<S: SolvableSystem + Clone + Send>(system: &S, inputs: &Inputs, options: &Options) {
         let times = seconds(60);
         let sets = parameter_sets(system, 5);
         let members = members(&sets, inputs);
@@ -230,12 +249,13 @@ fn sensitivities_are_those_of_the_integrator() {
     let members = members(&sets, &inputs);
     let ensemble = Ensemble { system: &system, members: &members };
     let options = Options::default();
-    let by_members = reduce(&ensemble, &times, &options, Wanted::Sensitivities, 2, |k, outcome| {
-        let outcome = outcome.expect("a run to the end");
-        (k, outcome.sensitivity(3).to_vec(), outcome.output_sensitivity(0).to_vec())
-    });
+    let by_members =
+        reduce(&ensemble, &times, &options, EnsembleQuantities::Sensitivities, 2, |k, outcome| {
+            let outcome = outcome.expect("a run to the end");
+            (k, outcome.sensitivity(3).to_vec(), outcome.output_sensitivity(0).to_vec())
+        });
     for (k, (number, s, dw)) in by_members.into_iter().enumerate() {
-        let problem = members[k].of(&system);
+        let problem = members[k].to_problem(&system);
         let solution =
             dgd_runtime::simulate_with_sensitivities(&problem, &times, &options).unwrap();
         let observed = observe(&problem, &solution);
@@ -257,7 +277,7 @@ fn a_member_that_fails_says_why_and_stops_no_other() {
     sets[5][0] = 0.0;
     let late = Inputs::recorded(
         &[50.0, 60.0],
-        &[Column { name: "w", interpolation: Interpolation::Hold, values: &[0.8, 0.8] }],
+        &[InputColumn { name: "w", interpolation: Interpolation::Hold, values: &[0.8, 0.8] }],
     );
     let late = late.expect("sound samples");
     let mut members = members(&sets, &inputs);
@@ -291,14 +311,15 @@ fn nothing_and_single_times_are_no_special_cases() {
     let start = [(0, 60.0)];
     let moved = Member { start: &start, ..members[0] };
     let outcome = &run(&system, &[moved], &[5.0], &Options::default(), 1)[0];
-    assert_eq!(outcome.as_ref().unwrap().at(&[5.0]).unknown(0), [60.0]);
+    assert_eq!(outcome.as_ref().unwrap().to_trajectory(&[5.0]).unknown(0), [60.0]);
 }
 
 /// The ensemble of the benchmark (`bench/peers`): CVODES and others agree to seven digits.
 #[test]
 fn the_mean_level_of_ten_thousand_sets_is_that_of_other_solvers() {
     let system = bench_two_state(&[]);
-    let column = Column { name: "w", interpolation: Interpolation::Hold, values: &[0.8, 0.88] };
+    let column =
+        InputColumn { name: "w", interpolation: Interpolation::Hold, values: &[0.8, 0.88] };
     let inputs = Inputs::recorded(&[0.0, 100.0], &[column]).expect("sound samples");
     let mut state: u64 = 12345;
     let sets: Vec<Vec<f64>> = (0..10_000)
@@ -317,7 +338,7 @@ fn the_mean_level_of_ten_thousand_sets_is_that_of_other_solvers() {
     let times = seconds(1000);
     let ensemble = Ensemble { system: &system, members: &members };
     let options = Options { rtol: 1e-6, atol: 1e-8, ..Options::default() };
-    let sums = reduce(&ensemble, &times, &options, Wanted::Values, 2, |_, outcome| {
+    let sums = reduce(&ensemble, &times, &options, EnsembleQuantities::Values, 2, |_, outcome| {
         outcome.expect("a run to the end").unknown(0).iter().sum::<f64>()
     });
     let mean = sums.iter().sum::<f64>() / (sets.len() * times.len()) as f64;

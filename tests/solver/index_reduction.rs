@@ -4,12 +4,12 @@ use std::fmt::Write as _;
 
 use dgd_compiler::diagnostics::{Diagnostics, render};
 use dgd_compiler::model::ModelOptions;
-use dgd_compiler::pipeline::{Directions, compile};
-use dgd_compiler::source::{Source, Sources};
-use dgd_execute::Interpreted;
+use dgd_compiler::pipeline::{SensitivityDirections, compile};
+use dgd_compiler::source::{SourceMap, SourceText};
+use dgd_execute::InterpretedSystem;
 use dgd_runtime::{
-    Column, Inputs, Interpolation, Options, Problem, Solution, System, consistent_start, simulate,
-    simulate_with_sensitivities,
+    InputColumn, Inputs, Interpolation, Options, Problem, Solution, System, consistent_start,
+    simulate, simulate_with_sensitivities,
 };
 
 /// The relative tolerance of the runs, and how well two formulations agree: an error of up to the
@@ -21,25 +21,31 @@ fn options() -> Options {
     Options { rtol: RTOL, atol: RTOL, ..Options::default() }
 }
 
-fn model(text: &str) -> Interpreted {
-    let (mut sources, mut diagnostics) = (Sources::default(), Diagnostics::default());
-    let main = Source { name: "model.dgd".to_owned(), text: format!("model m\n{text}") };
+fn model(text: &str) -> InterpretedSystem {
+    let (mut sources, mut diagnostics) = (SourceMap::default(), Diagnostics::default());
+    let main = SourceText { name: "model.dgd".to_owned(), text: format!("model m\n{text}") };
     let mut read = |_: &str| Err("no imports".to_owned());
     let options = ModelOptions::default();
-    let compiled =
-        compile(main, &options, &Directions::All, &mut read, &mut sources, &mut diagnostics);
+    let compiled = compile(
+        main,
+        &options,
+        &SensitivityDirections::All,
+        &mut read,
+        &mut sources,
+        &mut diagnostics,
+    );
     let compiled = compiled.unwrap_or_else(|_| {
-        let shown = render::render(&diagnostics.sorted(), &sources, render::Style::Plain);
+        let shown = render::render(&diagnostics.sorted(), &sources, render::RenderStyle::Plain);
         panic!("{shown}")
     });
-    Interpreted::new(compiled.program)
+    InterpretedSystem::new(compiled.program)
 }
 
-fn parameters(system: &Interpreted) -> Vec<f64> {
+fn parameters(system: &InterpretedSystem) -> Vec<f64> {
     system.signature().parameters.iter().map(|parameter| parameter.value).collect()
 }
 
-fn run(system: &Interpreted, times: &[f64]) -> Solution {
+fn run(system: &InterpretedSystem, times: &[f64]) -> Solution {
     let (p, inputs) = (parameters(system), Inputs::none());
     let problem = Problem { system, p: &p, inputs: &inputs, start: &[] };
     let solution = simulate_with_sensitivities(&problem, times, &options()).expect("a solution");
@@ -47,18 +53,18 @@ fn run(system: &Interpreted, times: &[f64]) -> Solution {
     solution
 }
 
-fn position(system: &Interpreted, unknown: &str) -> usize {
+fn position(system: &InterpretedSystem, unknown: &str) -> usize {
     let unknowns = &system.signature().unknowns;
     unknowns.iter().position(|u| u.name == unknown).expect("an unknown")
 }
 
-fn values(system: &Interpreted, solution: &Solution, unknown: &str) -> Vec<f64> {
+fn values(system: &InterpretedSystem, solution: &Solution, unknown: &str) -> Vec<f64> {
     let i = position(system, unknown);
     (0..solution.times.len()).map(|k| solution.y(k)[i]).collect()
 }
 
 /// Sensitivities of an unknown to the j-th parameter.
-fn slopes(system: &Interpreted, solution: &Solution, unknown: &str, j: usize) -> Vec<f64> {
+fn slopes(system: &InterpretedSystem, solution: &Solution, unknown: &str, j: usize) -> Vec<f64> {
     let i = position(system, unknown);
     (0..solution.times.len()).map(|k| solution.s(k)[j * solution.n + i]).collect()
 }
@@ -84,7 +90,7 @@ parameter omega_0 [rad/s] = OMEGA
 ";
 
 /// The rod in Cartesian coordinates and by its angle.
-fn rods(theta: f64, omega: f64) -> [Interpreted; 2] {
+fn rods(theta: f64, omega: f64) -> [InterpretedSystem; 2] {
     let head = ROD.replace("THETA", &theta.to_string()).replace("OMEGA", &omega.to_string());
     let cartesian = model(&format!(
         "{head}
@@ -342,8 +348,11 @@ fn a_prescribed_path_gives_its_own_slope() {
         equation track: x = path
         ",
     );
-    let column =
-        Column { name: "path", interpolation: Interpolation::Linear, values: &[1.0, 4.0, 3.0] };
+    let column = InputColumn {
+        name: "path",
+        interpolation: Interpolation::Linear,
+        values: &[1.0, 4.0, 3.0],
+    };
     let inputs = Inputs::recorded(&[0.0, 2.0, 4.0], &[column]).expect("inputs");
     let problem = Problem { system: &system, p: &[], inputs: &inputs, start: &[] };
     let solution = simulate(&problem, &[0.0, 1.0, 3.0], &options()).expect("a solution");
@@ -351,7 +360,7 @@ fn a_prescribed_path_gives_its_own_slope() {
     assert_close(&values(&system, &solution, "v"), &[1.5, 1.5, -0.5]);
 
     // A path that jumps would need an infinite speed.
-    let column = Column {
+    let column = InputColumn {
         name: "path",
         interpolation: Interpolation::Linear,
         values: &[1.0, 4.0, 3.0, 0.0],
@@ -364,7 +373,7 @@ fn a_prescribed_path_gives_its_own_slope() {
     assert_eq!(failure.to_string(), expected);
 }
 
-fn start_of(system: &Interpreted, start: &[(usize, f64)]) -> Result<Vec<f64>, String> {
+fn start_of(system: &InterpretedSystem, start: &[(usize, f64)]) -> Result<Vec<f64>, String> {
     let (p, inputs) = (parameters(system), Inputs::none());
     let problem = Problem { system, p: &p, inputs: &inputs, start };
     let found = consistent_start(&problem, 0.0, &options()).map_err(|error| error.to_string())?;

@@ -10,7 +10,7 @@
 //! F. Mazzia and C. Magherini, Test Set for Initial Value Problem Solvers, release 2.4 (2008). All end
 //! values but those of medical Akzo Nobel were found again to 2e-12 by SciPy's Radau.
 
-use dgd_execute::Interpreted;
+use dgd_execute::InterpretedSystem;
 use dgd_runtime::{Inputs, Options, Problem, System, find_method, simulate};
 
 use crate::support::interpreted;
@@ -35,7 +35,7 @@ struct Case {
 }
 
 /// The largest error at the end in units of rtol, and whose it is.
-fn error(system: &Interpreted, case: &Case, options: &Options) -> (f64, &'static str) {
+fn error(system: &InterpretedSystem, case: &Case, options: &Options) -> (f64, &'static str) {
     let signature = system.signature();
     let p: Vec<f64> = signature.parameters.iter().map(|parameter| parameter.value).collect();
     let problem = Problem { system, p: &p, inputs: &Inputs::none(), start: &[] };
@@ -46,7 +46,7 @@ fn error(system: &Interpreted, case: &Case, options: &Options) -> (f64, &'static
     for &(name, reference) in case.ends {
         let unknown = signature.unknowns.iter().position(|unknown| unknown.name == name);
         let i = unknown.unwrap_or_else(|| panic!("{}: no `{name}`", case.model));
-        let unknown = signature.unknowns.at(i);
+        let unknown = signature.unknowns.get(i);
         let reference = reference * unknown.unit.factor;
         // As the solver: the start value where no size is declared, and one of the unit for zero.
         let size = unknown.nominal.unwrap_or(start[i]).abs();

@@ -2,11 +2,11 @@
 
 use std::path::Path;
 
-use dgd_execute::Loaded;
+use dgd_execute::LoadedSystem;
 use dgd_runtime::linearize::{
-    Channel, DMatrix, OperatingPoint, StateSpace, linearize, steady_state,
+    DMatrix, LinearInput, OperatingPoint, StateSpace, linearize, steady_state,
 };
-use dgd_runtime::{Column, Inputs, Options, Point, Problem, System, Unit};
+use dgd_runtime::{EvaluationPoint, InputColumn, Inputs, Options, Problem, System, Unit};
 
 use crate::support::compiled;
 
@@ -40,15 +40,15 @@ const CASES: [Case; 17] = [
     ("models/test_set/transistor_amplifier.dgd", &[], &[], 0.02),
 ];
 
-fn recorded(system: &Loaded, values: &[[f64; 2]]) -> Inputs {
+fn recorded(system: &LoadedSystem, values: &[[f64; 2]]) -> Inputs {
     let signature = system.signature();
     assert_eq!(values.len(), signature.inputs.len(), "inputs of {}", signature.name);
     let si = |value: f64, unit: &Unit| value * unit.factor + unit.offset;
     let values: Vec<Vec<f64>> = (signature.inputs.iter().zip(values))
         .map(|(input, values)| values.iter().map(|value| si(*value, &input.unit)).collect())
         .collect();
-    let columns: Vec<Column<'_>> = (signature.inputs.iter().zip(&values))
-        .map(|(input, values)| Column {
+    let columns: Vec<InputColumn<'_>> = (signature.inputs.iter().zip(&values))
+        .map(|(input, values)| InputColumn {
             name: &input.name,
             interpolation: input.interpolation,
             values,
@@ -63,7 +63,7 @@ type Move<'a> = dyn Fn(f64, &mut [f64], &mut [f64]) + 'a;
 /// The model's equations close to a point, algebraic unknowns solved for: no derivative of the compiler
 /// is used.
 struct Equations<'a> {
-    system: &'a Loaded,
+    system: &'a LoadedSystem,
     p: &'a [f64],
     at: &'a OperatingPoint,
     states: &'a [usize],
@@ -79,7 +79,8 @@ impl Equations<'_> {
         let mut delays = vec![0.0; signature.varying_delays.len()];
         let mut before = delays.clone();
         self.system.varying_delays(self.at.point(self.p), &mut before);
-        self.system.varying_delays(Point { y: &y, u: &u, ..self.at.point(self.p) }, &mut delays);
+        self.system
+            .varying_delays(EvaluationPoint { y: &y, u: &u, ..self.at.point(self.p) }, &mut delays);
         let past = signature.past();
         for (k, late) in signature.delayed_unknowns.iter().enumerate().filter(|(_, x)| x.varies) {
             // x(t − τ) as τ moves, along its slope there.
@@ -88,7 +89,7 @@ impl Equations<'_> {
         }
         let rhs = |y: &[f64]| {
             let mut f = vec![0.0; y.len()];
-            self.system.rhs(Point { y, u: &u, ..self.at.point(self.p) }, &mut f);
+            self.system.rhs(EvaluationPoint { y, u: &u, ..self.at.point(self.p) }, &mut f);
             f
         };
         // Newton with differences, from a guess that is off by a small step.
@@ -116,7 +117,7 @@ impl Equations<'_> {
         let f = rhs(&y);
         let mut all: Vec<f64> = self.states.iter().map(|i| f[*i]).collect();
         let mut w = vec![0.0; signature.outputs.len()];
-        self.system.outputs(Point { y: &y, u: &u, ..self.at.point(self.p) }, &mut w);
+        self.system.outputs(EvaluationPoint { y: &y, u: &u, ..self.at.point(self.p) }, &mut w);
         all.extend(w);
         all
     }
@@ -141,11 +142,11 @@ impl Equations<'_> {
 fn whole(system: &StateSpace, sizes: &[f64]) -> DMatrix<f64> {
     let (n, m) = (system.a.ncols(), system.b.ncols());
     let (top, bottom) = (system.a.nrows(), system.c.nrows());
-    DMatrix::from_fn(top + bottom, n + m + system.late_a.ncols(), |i, j| {
+    DMatrix::from_fn(top + bottom, n + m + system.delayed_a.ncols(), |i, j| {
         let [x, u, v] = if i < top {
-            [&system.a, &system.b, &system.late_a]
+            [&system.a, &system.b, &system.delayed_a]
         } else {
-            [&system.c, &system.d, &system.late_c]
+            [&system.c, &system.d, &system.delayed_c]
         };
         let i = if i < top { i } else { i - top };
         let entry = if j < n {
@@ -162,7 +163,7 @@ fn whole(system: &StateSpace, sizes: &[f64]) -> DMatrix<f64> {
 #[test]
 fn matrices_are_differences_of_the_equations() {
     for (file, variants, inputs, t) in CASES {
-        let loaded = Loaded::new(compiled(Path::new(file), variants).program);
+        let loaded = LoadedSystem::new(compiled(Path::new(file), variants).program);
         let signature = loaded.signature();
         let p: Vec<f64> = signature.parameters.iter().map(|parameter| parameter.value).collect();
         let inputs = recorded(&loaded, inputs);
@@ -203,18 +204,20 @@ fn matrices_are_differences_of_the_equations() {
         for channel in &linear.channels {
             let among = || signature.delayed_inputs.iter().enumerate();
             let places: Vec<usize> = match *channel {
-                Channel::Input(input) => std::iter::once(input)
+                LinearInput::Input(input) => std::iter::once(input)
                     .chain(among().filter_map(|(k, late)| {
                         (late.input == input && tau[late.delay] == 0.0).then_some(n_in + k)
                     }))
                     .collect(),
-                Channel::Late { input, tau: by } | Channel::Slope { input, tau: by } => among()
-                    .filter(|(_, late)| late.input == input && tau[late.delay] == by)
-                    .map(|(k, _)| match channel {
-                        Channel::Slope { .. } => n_in + n_late + k,
-                        _ => n_in + k,
-                    })
-                    .collect(),
+                LinearInput::Delayed { input, tau: by } | LinearInput::Slope { input, tau: by } => {
+                    among()
+                        .filter(|(_, late)| late.input == input && tau[late.delay] == by)
+                        .map(|(k, _)| match channel {
+                            LinearInput::Slope { .. } => n_in + n_late + k,
+                            _ => n_in + k,
+                        })
+                        .collect()
+                }
             };
             assert!(!places.is_empty(), "{file}: {channel:?}");
             let input = &signature.inputs[channel.input()];
@@ -228,12 +231,13 @@ fn matrices_are_differences_of_the_equations() {
         let mut found = 0;
         for (k, late) in signature.delayed_unknowns.iter().enumerate() {
             let place = past.first + past.n_v + k;
-            if linear.late.get(found).is_some_and(|known| known.unknown == late.unknown) {
+            if linear.delayed_unknowns.get(found).is_some_and(|known| known.unknown == late.unknown)
+            {
                 found += 1;
                 add(sizes[late.unknown], &|by, _, u| u[place] += by);
             }
         }
-        assert_eq!(found, linear.late.len(), "{file}");
+        assert_eq!(found, linear.delayed_unknowns.len(), "{file}");
 
         let whole = whole(&linear, &column_sizes);
         for i in 0..whole.nrows() {
@@ -270,7 +274,7 @@ fn steady_states_are_where_runs_stay() {
         ("models/rigid_tanks.dgd", &[], &[[300.0; 2], [0.5; 2]], 1e3),
     ];
     for (file, variants, inputs, long) in rests {
-        let loaded = Loaded::new(compiled(Path::new(file), variants).program);
+        let loaded = LoadedSystem::new(compiled(Path::new(file), variants).program);
         let signature = loaded.signature();
         let p: Vec<f64> = signature.parameters.iter().map(|parameter| parameter.value).collect();
         let inputs = recorded(&loaded, inputs);

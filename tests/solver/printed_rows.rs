@@ -1,9 +1,10 @@
 //! Printed rows fulfil the algebraic equations, wherever in a step their times lie.
 
-use dgd_execute::Interpreted;
+use dgd_execute::InterpretedSystem;
 use dgd_runtime::{
-    Column, Inputs, Options, Point, Problem, Side, Solution, System, find_method, observe,
-    simulate, simulate_chosen, simulate_observed, simulate_with_sensitivities,
+    EvaluationPoint, InputColumn, Inputs, LimitSide, Options, Problem, Solution, System,
+    find_method, observe, simulate, simulate_chosen, simulate_observed,
+    simulate_with_sensitivities,
 };
 
 use crate::inline::system;
@@ -47,23 +48,23 @@ fn times() -> Vec<f64> {
     (0..=500).map(|k| 0.01 * f64::from(k)).collect()
 }
 
-fn inputs(system: &Interpreted) -> Inputs {
+fn inputs(system: &InterpretedSystem) -> Inputs {
     let input = &system.signature().inputs[0];
     let (name, interpolation) = (&*input.name, input.interpolation);
-    let column = Column { name, interpolation, values: &[0.0, 0.6, -0.1] };
+    let column = InputColumn { name, interpolation, values: &[0.0, 0.6, -0.1] };
     Inputs::recorded(&[0.0, 3.0, 5.0], &[column]).expect("inputs")
 }
 
 /// The largest residual of an algebraic equation, and of one of its derivatives, in tolerances.
-fn residuals(problem: &Problem<'_, Interpreted>, solution: &Solution, tol: f64) -> [f64; 2] {
+fn residuals(problem: &Problem<'_, InterpretedSystem>, solution: &Solution, tol: f64) -> [f64; 2] {
     let Problem { system, p, .. } = *problem;
     let signature = system.signature();
     let (n, n_s) = (solution.n, solution.n_s);
     let (mut u, mut f, mut g) = (vec![0.0], vec![0.0; n], vec![0.0; n * n_s]);
     let mut largest = [0.0_f64; 2];
     for (k, &t) in solution.times.iter().enumerate() {
-        problem.inputs.value(t, Side::Right, &mut u);
-        let at = Point { t, y: solution.y(k), u: &u, p, z: solution.z(k) };
+        problem.inputs.value(t, LimitSide::Right, &mut u);
+        let at = EvaluationPoint { t, y: solution.y(k), u: &u, p, z: solution.z(k) };
         if n_s == 0 {
             system.rhs(at, &mut f);
         } else {
@@ -132,7 +133,7 @@ fn outputs_evaluated_on_the_way_are_those_of_all_that_is_kept() {
     let system = system(LINE);
     let name = &*system.signature().inputs[0].name;
     let interpolation = system.signature().inputs[0].interpolation;
-    let column = Column { name, interpolation, values: &[0.4, 1.2, 0.7] };
+    let column = InputColumn { name, interpolation, values: &[0.4, 1.2, 0.7] };
     let inputs = Inputs::recorded(&[0.0, 1.0, 2.0], &[column]).expect("inputs");
     let problem = Problem { system: &system, p: &[], inputs: &inputs, start: &[] };
     // Both sides of a jump, and one of another.

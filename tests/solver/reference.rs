@@ -4,21 +4,23 @@
 //! How the references were made stands in their headers and in `tests/reference/README.md`.
 
 use dgd_compiler::diagnostics::Diagnostics;
-use dgd_compiler::source::Sources;
+use dgd_compiler::source::SourceMap;
 use dgd_compiler::units::parse_unit;
-use dgd_data::{Table, read, select};
-use dgd_runtime::{Inputs, Options, Problem, Solution, Solved, simulate_with_sensitivities};
+use dgd_data::{DataTable, read, select};
+use dgd_runtime::{
+    Inputs, Options, Problem, Solution, SolvableSystem, simulate_with_sensitivities,
+};
 
 use crate::generated;
 use crate::support::{interpreted, native, root};
 
-fn table(path: &str) -> Table {
-    let (mut sources, mut diagnostics) = (Sources::default(), Diagnostics::default());
+fn table(path: &str) -> DataTable {
+    let (mut sources, mut diagnostics) = (SourceMap::default(), Diagnostics::default());
     read(&root().join(path), &mut sources, &mut diagnostics).expect("a table")
 }
 
 /// The inputs of a model from a data file.
-fn inputs(system: &impl Solved, path: &str) -> Inputs {
+fn inputs(system: &impl SolvableSystem, path: &str) -> Inputs {
     let table = table(path);
     let mut diagnostics = Diagnostics::default();
     let signature = system.signature();
@@ -28,14 +30,14 @@ fn inputs(system: &impl Solved, path: &str) -> Inputs {
         .inputs
         .iter()
         .zip(&units)
-        .map(|(x, unit)| select::Declared { name: &x.name, unit, place: None })
+        .map(|(x, unit)| select::DeclaredColumn { name: &x.name, unit, place: None })
         .collect();
     let values = select::inputs(&table, &declared, &mut diagnostics).expect("the model's inputs");
     let columns: Vec<_> = signature
         .inputs
         .iter()
         .zip(&values)
-        .map(|(x, values)| dgd_runtime::Column {
+        .map(|(x, values)| dgd_runtime::InputColumn {
             name: &x.name,
             interpolation: x.interpolation,
             values,
@@ -55,7 +57,7 @@ struct Case {
     allowed: f64,
 }
 
-fn run(system: &impl Solved, case: &Case, times: &[f64]) -> Solution {
+fn run(system: &impl SolvableSystem, case: &Case, times: &[f64]) -> Solution {
     let signature = system.signature();
     let p: Vec<f64> = signature.parameters.iter().map(|parameter| parameter.value).collect();
     let inputs = case.inputs.map_or_else(Inputs::none, |path| inputs(system, path));
@@ -65,7 +67,7 @@ fn run(system: &impl Solved, case: &Case, times: &[f64]) -> Solution {
 
 /// Runs a case on generated Rust, on the interpreter and as native code, and compares with the
 /// reference.
-fn check(generated: &impl Solved, case: &Case) {
+fn check(generated: &impl SolvableSystem, case: &Case) {
     let reference = table(case.reference);
     let times = reference.time.as_deref().expect("a recording");
     let solution = run(generated, case, times);

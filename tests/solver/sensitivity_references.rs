@@ -8,9 +8,9 @@
 //! A derivative may be off by 1e-7 of itself, or of |value/parameter| where it is smaller than that: a
 //! sensitivity that vanishes is one to rounding of what it is taken of.
 
-use dgd_execute::Interpreted;
+use dgd_execute::InterpretedSystem;
 use dgd_runtime::{
-    Column, Inputs, Interpolation, Options, Problem, Solution, System, observe,
+    InputColumn, Inputs, Interpolation, Options, Problem, Solution, System, observe,
     simulate_with_sensitivities,
 };
 
@@ -535,7 +535,11 @@ const CASES: &[Case] = &[
 ];
 
 /// The value of an unknown or output at the last time, and its derivatives.
-fn found(problem: &Problem<'_, Interpreted>, solution: &Solution, name: &str) -> (f64, Vec<f64>) {
+fn found(
+    problem: &Problem<'_, InterpretedSystem>,
+    solution: &Solution,
+    name: &str,
+) -> (f64, Vec<f64>) {
     let signature = problem.system.signature();
     let last = solution.len() - 1;
     if let Some(i) = signature.unknowns.iter().position(|unknown| unknown.name == name) {
@@ -557,7 +561,7 @@ fn sensitivities_are_those_of_the_closed_forms() {
         let inputs = match input {
             None => Inputs::none(),
             Some((interpolation, times, values)) => {
-                let column = Column { name: "u", interpolation: *interpolation, values };
+                let column = InputColumn { name: "u", interpolation: *interpolation, values };
                 Inputs::recorded(times, &[column]).expect("samples")
             }
         };

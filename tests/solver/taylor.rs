@@ -5,14 +5,14 @@ use std::num::NonZeroU32;
 
 use dgd_compiler::dae::Dae;
 use dgd_compiler::expr::intrinsics::{INTRINSICS, Intrinsic};
-use dgd_compiler::expr::{ExprId, Graph, Symbol};
-use dgd_compiler::pipeline::Compiled;
+use dgd_compiler::expr::{ExprGraph, ExprId, Symbol};
+use dgd_compiler::pipeline::CompiledStages;
 use dgd_compiler::program::Direction;
-use dgd_execute::Interpreted;
-use dgd_runtime::taylor::{MOST_ORDER, NoTaylor, Terms};
+use dgd_execute::InterpretedSystem;
+use dgd_runtime::taylor::{MOST_ORDER, NoTaylorSeries, SeriesTerms};
 use dgd_runtime::{
-    Column, Inputs, Interpolation, Method, MethodKind, Options, PerSample, Point, Problem,
-    Solution, Solved, Steps, System, discrete_numbers, find_method, simulate,
+    EvaluationPoint, InputColumn, Inputs, Interpolation, Method, MethodKind, Options, PerSample,
+    Problem, Solution, SolvableSystem, Steps, System, discrete_numbers, find_method, simulate,
     simulate_with_sensitivities,
 };
 
@@ -21,8 +21,8 @@ use crate::support::{Noise, compiled, every_variant, input_values, model_files};
 
 /// Coefficients of y, without and with sensitivities, and of S at a point, order by order; S row by row.
 fn coefficients(
-    system: &impl Solved,
-    at: Point<'_>,
+    system: &impl SolvableSystem,
+    at: EvaluationPoint<'_>,
     udot: &[f64],
     s0: &[f64],
     h: f64,
@@ -31,18 +31,18 @@ fn coefficients(
     let signature = system.signature();
     let (n, n_s) = (signature.unknowns.len(), signature.directions.len());
     let kept = system.taylor_series().expect("a model with series");
-    let mut work: Vec<Terms> = vec![[f64::NAN; MOST_ORDER + 1]; kept.sensitivities];
+    let mut work: Vec<SeriesTerms> = vec![[f64::NAN; MOST_ORDER + 1]; kept.sensitivities];
     let (mut y, mut s) = (vec![f64::NAN; (order + 1) * n], vec![f64::NAN; (order + 1) * n * n_s]);
     s[..s0.len()].copy_from_slice(s0);
     system.sensitivity_taylor(at, udot, h, order, &mut work, &mut y, &mut s);
     let mut alone = vec![f64::NAN; y.len()];
-    let mut work: Vec<Terms> = vec![[f64::NAN; MOST_ORDER + 1]; kept.unknowns];
+    let mut work: Vec<SeriesTerms> = vec![[f64::NAN; MOST_ORDER + 1]; kept.unknowns];
     system.taylor(at, udot, h, order, &mut work, &mut alone);
     ([alone, y], s)
 }
 
 /// de/dt along solutions.
-fn along(graph: &mut Graph, dae: &Dae, e: ExprId) -> ExprId {
+fn along(graph: &mut ExprGraph, dae: &Dae, e: ExprId) -> ExprId {
     let n = dae.unknowns.len();
     let (n_u, n_late) = (dae.inputs.len(), dae.delayed_inputs.len());
     let gradient = graph.gradient(e, |symbol| match symbol {
@@ -79,7 +79,7 @@ const T: f64 = 0.3;
 const ORDER: usize = 6;
 
 /// Near the start values, with inputs of a few units that move as they are declared.
-fn near_start(system: &Interpreted, noise: &mut Noise) -> Place {
+fn near_start(system: &InterpretedSystem, noise: &mut Noise) -> Place {
     let signature = system.signature();
     let p: Vec<f64> = signature
         .parameters
@@ -103,7 +103,7 @@ fn near_start(system: &Interpreted, noise: &mut Noise) -> Place {
     let udot: Vec<f64> = (0..u.len()).map(moves).collect();
     let z = discrete_numbers(system, &p, T);
     let mut y = vec![0.0; signature.unknowns.len()];
-    system.start(Point { t: T, y: &[], u: &u, p: &p, z: &z }, &mut y);
+    system.start(EvaluationPoint { t: T, y: &[], u: &u, p: &p, z: &z }, &mut y);
     for (y, unknown) in y.iter_mut().zip(signature.unknowns.iter()) {
         let size = unknown.nominal.unwrap_or(if *y == 0.0 { unknown.unit.factor } else { *y });
         *y += 0.05 * size.abs() * (1.5 + 0.5 * noise.next());
@@ -113,14 +113,14 @@ fn near_start(system: &Interpreted, noise: &mut Noise) -> Place {
 
 /// Compares coefficients with derivatives that the compiler takes one after the other, and with the
 /// derivatives of those to unknowns and parameters.
-fn verify_coefficients(compiled: &Compiled, label: &str, noise: &mut Noise) {
+fn verify_coefficients(compiled: &CompiledStages, label: &str, noise: &mut Noise) {
     let (dae, program) = (&compiled.dae, &compiled.program);
-    let system = Interpreted::new(program.clone());
+    let system = InterpretedSystem::new(program.clone());
     let signature = system.signature();
     let (n, n_s) = (signature.unknowns.len(), signature.directions.len());
     let Place { y, u, udot, p, z } = &near_start(&system, noise);
     let s0: Vec<f64> = (0..n * n_s).map(|k| y[k / n_s].abs() * noise.next()).collect();
-    let at = Point { t: T, y, u, p, z };
+    let at = EvaluationPoint { t: T, y, u, p, z };
     let mut f = vec![0.0; n];
     system.rhs(at, &mut f);
     // A step in which unknowns change by a hundredth.
@@ -260,8 +260,8 @@ equation divided:    der(ratio)   = r*(k/(30 + {f}) + {g}/(40 + x*{f}))
         let text = format!(
             "model m\nparameter r [1/s] = 1\nstate x [1] = 2\nequation only: der(x) = r*{call}\n"
         );
-        let system = Interpreted::new(inline::compiled(&text).program.clone());
-        assert!(matches!(system.taylor_series(), Err(NoTaylor::Functions)), "{call}");
+        let system = InterpretedSystem::new(inline::compiled(&text).program.clone());
+        assert!(matches!(system.taylor_series(), Err(NoTaylorSeries::Functions)), "{call}");
     }
 }
 
@@ -403,7 +403,8 @@ equation decay: der(x) = -delay(x, 1 [s]) * 1 [1/s]
         let message = said(text, &none);
         assert!(message.contains(reason) && message.contains("`rodas5p`"), "{message}");
     }
-    let column = Column { name: "u", interpolation: Interpolation::Linear, values: &[1.0, 2.0] };
+    let column =
+        InputColumn { name: "u", interpolation: Interpolation::Linear, values: &[1.0, 2.0] };
     let lines = Inputs::recorded(&[0.0, 1.0], &[column]).expect("sound inputs");
     let text = "
 model held
@@ -464,7 +465,7 @@ equation relaxation: der(x) = u - k*x - 0.1*k*x^2
     let system = inline::system(text);
     let times: Vec<f64> = (0..400).map(f64::from).collect();
     let values: Vec<f64> = times.iter().map(|t| (0.7 * t).sin()).collect();
-    let column = Column { name: "u", interpolation: Interpolation::Hold, values: &values };
+    let column = InputColumn { name: "u", interpolation: Interpolation::Hold, values: &values };
     let inputs = Inputs::recorded(&times, &[column]).unwrap();
     let problem = Problem { system: &system, p: &[0.3], inputs: &inputs, start: &[] };
     let run = |method: &str, steps: Steps, tolerance: f64| {

@@ -1,6 +1,6 @@
 //! Equations that determine their unknown by little, and by nothing.
 
-use dgd_execute::Interpreted;
+use dgd_execute::InterpretedSystem;
 use dgd_runtime::{
     Inputs, MethodKind, Options, Problem, Solution, System, find_method, method_to_begin, observe,
     simulate, simulate_with_sensitivities,
@@ -32,7 +32,7 @@ const HILL: &str = "model hill
     equation f: 1 [s]*der(y) = -y*x^n/(K^n + x^n)
     output y";
 
-fn declared(system: &Interpreted) -> Vec<f64> {
+fn declared(system: &InterpretedSystem) -> Vec<f64> {
     system.signature().parameters.iter().map(|p| p.value).collect()
 }
 
@@ -61,7 +61,7 @@ fn an_equation_that_became_weak_still_determines_its_unknown() {
     }
 }
 
-fn end(problem: &Problem<'_, Interpreted>, options: &Options) -> Solution {
+fn end(problem: &Problem<'_, InterpretedSystem>, options: &Options) -> Solution {
     let solution = simulate_with_sensitivities(problem, &[0.0, 3.0], options);
     solution.unwrap_or_else(|failure| panic!("{}", failure.error))
 }

@@ -2,7 +2,7 @@
 
 #![allow(dead_code, reason = "no test binary uses all of it")]
 
-use dgd_execute::Interpreted;
+use dgd_execute::InterpretedSystem;
 use dgd_runtime::{
     Failure, Inputs, Options, Problem, Solution, System, simulate, simulate_with_sensitivities,
 };
@@ -14,12 +14,12 @@ pub(crate) fn options() -> Options {
     Options { rtol: RTOL, atol: RTOL, ..Options::default() }
 }
 
-pub(crate) fn parameters(system: &Interpreted) -> Vec<f64> {
+pub(crate) fn parameters(system: &InterpretedSystem) -> Vec<f64> {
     system.signature().parameters.iter().map(|parameter| parameter.value).collect()
 }
 
 pub(crate) fn run_with(
-    system: &Interpreted,
+    system: &InterpretedSystem,
     p: &[f64],
     inputs: &Inputs,
     times: &[f64],
@@ -28,23 +28,28 @@ pub(crate) fn run_with(
     simulate_with_sensitivities(&problem, times, &options())
 }
 
-pub(crate) fn run(system: &Interpreted, times: &[f64]) -> Solution {
+pub(crate) fn run(system: &InterpretedSystem, times: &[f64]) -> Solution {
     run_with(system, &parameters(system), &Inputs::none(), times).expect("a solution")
 }
 
-pub(crate) fn position(system: &Interpreted, unknown: &str) -> usize {
+pub(crate) fn position(system: &InterpretedSystem, unknown: &str) -> usize {
     let unknowns = &system.signature().unknowns;
     unknowns.iter().position(|u| u.name == unknown).expect("an unknown")
 }
 
 /// An unknown at the k-th time.
-pub(crate) fn value(system: &Interpreted, solution: &Solution, unknown: &str, k: usize) -> f64 {
+pub(crate) fn value(
+    system: &InterpretedSystem,
+    solution: &Solution,
+    unknown: &str,
+    k: usize,
+) -> f64 {
     solution.y(k)[position(system, unknown)]
 }
 
 /// Sensitivities of an unknown at the k-th time, by parameter.
 pub(crate) fn slopes(
-    system: &Interpreted,
+    system: &InterpretedSystem,
     solution: &Solution,
     unknown: &str,
     k: usize,
@@ -74,7 +79,7 @@ pub(crate) fn assert_close(found: &[f64], expected: &[f64], close: f64) {
 /// All sensitivities at the last time against central differences, extrapolated once.
 #[track_caller]
 pub(crate) fn assert_slopes_are_differences(
-    system: &Interpreted,
+    system: &InterpretedSystem,
     inputs: &Inputs,
     times: &[f64],
     close: f64,
@@ -85,7 +90,7 @@ pub(crate) fn assert_slopes_are_differences(
 /// The same, a difference counting as no smaller than a part of y/p, and than a number.
 #[track_caller]
 pub(crate) fn assert_slopes_within(
-    system: &Interpreted,
+    system: &InterpretedSystem,
     inputs: &Inputs,
     times: &[f64],
     close: f64,

@@ -7,14 +7,14 @@ use std::path::{Path, PathBuf};
 use dgd_compiler::diagnostics::{Diagnostics, render};
 use dgd_compiler::effects::Effect;
 use dgd_compiler::model::ModelOptions;
-use dgd_compiler::pipeline::{Compiled, Directions, compile_asts, load};
-use dgd_compiler::source::{Source, Sources};
+use dgd_compiler::pipeline::{CompiledStages, SensitivityDirections, compile_asts, load};
+use dgd_compiler::source::{SourceMap, SourceText};
 use dgd_compiler::syntax::parse;
-use dgd_discover::{BaseModel, Discovery, Request, Scales, discover, templates};
-use dgd_execute::{Engine, Loaded};
-use dgd_identify::journal::Forgetful;
-use dgd_identify::{Recording, Unwatched};
-use dgd_runtime::{Column, Inputs, Options, Problem, Signature, System, start_from_outputs};
+use dgd_discover::{BaseModel, Discovery, DiscoveryOptions, OutputScales, discover, templates};
+use dgd_execute::{Engine, LoadedSystem};
+use dgd_identify::journal::NoJournal;
+use dgd_identify::{NoMonitor, Recording};
+use dgd_runtime::{InputColumn, Inputs, Options, Problem, Signature, System, start_from_outputs};
 
 /// Texts of a model and of effects, each with the name of its file.
 #[derive(Debug, Clone)]
@@ -33,17 +33,17 @@ pub(crate) struct Samples {
 /// What a discovery is asked, but for the recordings.
 #[derive(Debug)]
 pub(crate) struct Examined {
-    pub(crate) sources: Sources,
+    pub(crate) sources: SourceMap,
     pub(crate) base: BaseModel,
     pub(crate) library: Vec<Effect>,
     pub(crate) templates: Vec<Effect>,
-    pub(crate) compiled: Compiled,
+    pub(crate) compiled: CompiledStages,
 }
 
 impl Samples {
     /// Those of a file, whose columns are in the units that the model declares.
     pub(crate) fn of_file(path: &Path) -> Samples {
-        let (mut sources, mut diagnostics) = (Sources::default(), Diagnostics::default());
+        let (mut sources, mut diagnostics) = (SourceMap::default(), Diagnostics::default());
         let table = dgd_data::read(path, &mut sources, &mut diagnostics).expect("a table");
         let times = table.time.clone().expect("a column of times");
         let columns = table.columns.into_iter().map(|column| (column.name, column.values));
@@ -109,9 +109,9 @@ impl Texts {
     }
 
     pub(crate) fn read(&self) -> Examined {
-        let (mut sources, mut diagnostics) = (Sources::default(), Diagnostics::default());
+        let (mut sources, mut diagnostics) = (SourceMap::default(), Diagnostics::default());
         let source =
-            |(name, text): &(String, String)| Source { name: name.clone(), text: text.clone() };
+            |(name, text): &(String, String)| SourceText { name: name.clone(), text: text.clone() };
         let mut nothing = |path: &str| Err(format!("{path} is not read here"));
         let asts = load(source(&self.model), &mut nothing, &mut sources, &mut diagnostics);
         let mut library = Vec::new();
@@ -125,7 +125,7 @@ impl Texts {
         let compiled = asts.and_then(|asts| {
             diagnostics.check()?;
             let options = ModelOptions::default();
-            compile_asts(asts, &options, &Directions::None, &mut diagnostics)
+            compile_asts(asts, &options, &SensitivityDirections::None, &mut diagnostics)
         });
         let compiled = compiled.unwrap_or_else(|_| panic!("{}", shown(&diagnostics, &sources)));
         let base = BaseModel {
@@ -134,15 +134,15 @@ impl Texts {
             free: Vec::new(),
             fix: Vec::new(),
             engine: Engine::Auto,
-            scales: Scales::default(),
+            scales: OutputScales::default(),
         };
         Examined { sources, base, library, templates, compiled }
     }
 }
 
 impl Examined {
-    pub(crate) fn system(&self) -> Loaded {
-        Loaded::new(self.compiled.program.clone())
+    pub(crate) fn system(&self) -> LoadedSystem {
+        LoadedSystem::new(self.compiled.program.clone())
     }
 
     /// A recording in SI, its start as its first row shows it.
@@ -169,11 +169,11 @@ impl Examined {
             .iter()
             .map(|input| in_si(&input.name, input.unit.factor, input.unit.offset))
             .collect();
-        let columns: Vec<Column<'_>> = signature
+        let columns: Vec<InputColumn<'_>> = signature
             .inputs
             .iter()
             .zip(&inputs)
-            .map(|(input, values)| Column {
+            .map(|(input, values)| InputColumn {
                 name: &input.name,
                 interpolation: input.interpolation,
                 values,
@@ -214,7 +214,7 @@ impl Examined {
             (1..=n).map(|k| format!("{part}{k}")).collect()
         };
         let (train_names, valid_names) = (names("train", train.len()), names("valid", valid.len()));
-        let request = Request {
+        let request = DiscoveryOptions {
             base: &self.base,
             library: &self.library,
             templates: &self.templates,
@@ -226,8 +226,8 @@ impl Examined {
             threads,
             seed,
             budget: None,
-            journal: &Forgetful,
-            watch: &Unwatched,
+            journal: &NoJournal,
+            watch: &NoMonitor,
         };
         let mut diagnostics = Diagnostics::default();
         discover(&request, &mut diagnostics)
@@ -242,7 +242,7 @@ pub(crate) fn declared(signature: &Signature) -> Vec<f64> {
 
 /// Start values from the outputs at the first time.
 pub(crate) fn start(
-    system: &Loaded,
+    system: &LoadedSystem,
     p: &[f64],
     inputs: &Inputs,
     first: &[f64],
@@ -259,8 +259,8 @@ pub(crate) fn start(
         .expect("outputs that determine the start")
 }
 
-pub(crate) fn shown(diagnostics: &Diagnostics, sources: &Sources) -> String {
-    render::render(&diagnostics.sorted(), sources, render::Style::Plain)
+pub(crate) fn shown(diagnostics: &Diagnostics, sources: &SourceMap) -> String {
+    render::render(&diagnostics.sorted(), sources, render::RenderStyle::Plain)
 }
 
 fn collect(folder: &Path, paths: &mut Vec<PathBuf>) {

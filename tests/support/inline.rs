@@ -4,28 +4,28 @@
 
 use dgd_compiler::diagnostics::{Diagnostics, render};
 use dgd_compiler::model::ModelOptions;
-use dgd_compiler::pipeline::{Compiled, Directions, compile};
-use dgd_compiler::source::{Source, Sources};
-use dgd_execute::Interpreted;
+use dgd_compiler::pipeline::{CompiledStages, SensitivityDirections, compile};
+use dgd_compiler::source::{SourceMap, SourceText};
+use dgd_execute::InterpretedSystem;
 
 /// A model as a system, with sensitivities to all of its parameters.
-pub(crate) fn system(text: &str) -> Interpreted {
-    Interpreted::new(compiled(text).program)
+pub(crate) fn system(text: &str) -> InterpretedSystem {
+    InterpretedSystem::new(compiled(text).program)
 }
 
 /// A model, with sensitivities to all of its parameters.
-pub(crate) fn compiled(text: &str) -> Compiled {
-    let main = Source { name: "inline.dgd".to_owned(), text: text.to_owned() };
-    let (mut sources, mut diagnostics) = (Sources::default(), Diagnostics::default());
+pub(crate) fn compiled(text: &str) -> CompiledStages {
+    let main = SourceText { name: "inline.dgd".to_owned(), text: text.to_owned() };
+    let (mut sources, mut diagnostics) = (SourceMap::default(), Diagnostics::default());
     let compiled = compile(
         main,
         &ModelOptions::default(),
-        &Directions::All,
+        &SensitivityDirections::All,
         &mut |path| Err(format!("{path} is not read here")),
         &mut sources,
         &mut diagnostics,
     );
     compiled.unwrap_or_else(|_| {
-        panic!("{}", render::render(&diagnostics.sorted(), &sources, render::Style::Plain))
+        panic!("{}", render::render(&diagnostics.sorted(), &sources, render::RenderStyle::Plain))
     })
 }

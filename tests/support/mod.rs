@@ -9,11 +9,11 @@ use std::path::{Path, PathBuf};
 
 use dgd_compiler::diagnostics::{Diagnostics, render};
 use dgd_compiler::model::{ModelOptions, Setting};
-use dgd_compiler::pipeline::{Compiled, Directions, compile};
-use dgd_compiler::source::{Source, Sources, Span};
+use dgd_compiler::pipeline::{CompiledStages, SensitivityDirections, compile};
+use dgd_compiler::source::{SourceMap, SourceText, Span};
 use dgd_compiler::syntax::ast::Name;
 use dgd_compiler::syntax::parse_setting;
-use dgd_execute::{Engine, Interpreted, Loaded};
+use dgd_execute::{Engine, InterpretedSystem, LoadedSystem};
 use dgd_runtime::{DelayedInput, Input, Interpolation, Signature};
 
 #[allow(unused_imports, reason = "no test binary uses all of it")]
@@ -43,16 +43,16 @@ pub(crate) fn name(text: &str) -> Name {
 }
 
 /// Compiles a model of the repository with the given choices and all sensitivities.
-pub(crate) fn compiled(path: &Path, variants: &[(&str, &str)]) -> Compiled {
-    compiled_with(path, variants, &Directions::All)
+pub(crate) fn compiled(path: &Path, variants: &[(&str, &str)]) -> CompiledStages {
+    compiled_with(path, variants, &SensitivityDirections::All)
 }
 
 /// Compiles a model of the repository with the given choices and sensitivities.
 pub(crate) fn compiled_with(
     path: &Path,
     variants: &[(&str, &str)],
-    directions: &Directions,
-) -> Compiled {
+    directions: &SensitivityDirections,
+) -> CompiledStages {
     let path = root().join(path);
     let text = std::fs::read_to_string(&path).expect("a model file");
     compiled_text(&path, text, (variants, &[]), directions)
@@ -63,12 +63,12 @@ pub(crate) fn compiled_text(
     path: &Path,
     text: String,
     (variants, settings): (&[(&str, &str)], &[&str]),
-    directions: &Directions,
-) -> Compiled {
-    let mut sources = Sources::default();
+    directions: &SensitivityDirections,
+) -> CompiledStages {
+    let mut sources = SourceMap::default();
     let mut diagnostics = Diagnostics::default();
     let settings = settings.iter().map(|text| {
-        let source = Source { name: (*text).to_owned(), text: (*text).to_owned() };
+        let source = SourceText { name: (*text).to_owned(), text: (*text).to_owned() };
         let id = sources.add(source);
         let (name, value) = parse_setting(id, &sources, &mut diagnostics).expect("NAME=VALUE");
         Setting { name, value }
@@ -76,7 +76,7 @@ pub(crate) fn compiled_text(
     let settings = settings.collect();
     let variants = variants.iter().map(|(v, c)| (name(v), name(c))).collect();
     let options = ModelOptions { variants, settings, ..ModelOptions::default() };
-    let main = Source { name: path.display().to_string(), text };
+    let main = SourceText { name: path.display().to_string(), text };
     compile(
         main,
         &options,
@@ -86,18 +86,19 @@ pub(crate) fn compiled_text(
         &mut diagnostics,
     )
     .unwrap_or_else(|_| {
-        panic!("{}", render::render(&diagnostics.sorted(), &sources, render::Style::Plain))
+        panic!("{}", render::render(&diagnostics.sorted(), &sources, render::RenderStyle::Plain))
     })
 }
 
 /// A model of the repository, interpreted.
-pub(crate) fn interpreted(path: &str, variants: &[(&str, &str)]) -> Interpreted {
-    Interpreted::new(compiled(Path::new(path), variants).program)
+pub(crate) fn interpreted(path: &str, variants: &[(&str, &str)]) -> InterpretedSystem {
+    InterpretedSystem::new(compiled(Path::new(path), variants).program)
 }
 
 /// A model of the repository as machine code made at run time.
-pub(crate) fn native(path: &str, variants: &[(&str, &str)]) -> Loaded {
-    let loaded = Loaded::with_engine(compiled(Path::new(path), variants).program, Engine::Native);
+pub(crate) fn native(path: &str, variants: &[(&str, &str)]) -> LoadedSystem {
+    let loaded =
+        LoadedSystem::with_engine(compiled(Path::new(path), variants).program, Engine::Native);
     loaded.compile().expect("tests run where native code can be had");
     loaded
 }
@@ -141,7 +142,7 @@ pub(crate) fn input_values(
     }
     let past: Vec<(String, Input)> = (signature.delayed_unknowns.iter())
         .map(|delayed| {
-            let unknown = signature.unknowns.at(delayed.unknown);
+            let unknown = signature.unknowns.get(delayed.unknown);
             // Not by its delay, whose text may hold a number that was rounded otherwise.
             let name = format!("{} late", unknown.name);
             let (unit, interpolation) = (unknown.unit.clone(), Interpolation::Linear);

@@ -5,12 +5,12 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use dgd_compiler::diagnostics::{Diagnostics, render};
-use dgd_compiler::effects::{self, Application, Blending};
-use dgd_compiler::model::{Declared, Model, ModelOptions, resolve};
+use dgd_compiler::effects::{self, EffectApplication, EffectBlending};
+use dgd_compiler::model::{DeclarationHeader, Model, ModelOptions, resolve};
 use dgd_compiler::pipeline::load;
-use dgd_compiler::source::{Source, Sources};
+use dgd_compiler::source::{SourceMap, SourceText};
 use dgd_data::write::save;
-use dgd_data::{Disk, Table, read, read_from, select};
+use dgd_data::{DataTable, DiskFiles, read, read_from, select};
 use dgd_work::load_folder;
 
 use crate::drilling_rig::plant::{A_B, A_R, G, H_IN, H_OUT, H_PR, L_B, LPM, RHO};
@@ -24,20 +24,20 @@ fn data() -> PathBuf {
     support::root().join("data")
 }
 
-fn table(name: &str) -> Table {
-    let (mut sources, mut diagnostics) = (Sources::default(), Diagnostics::default());
+fn table(name: &str) -> DataTable {
+    let (mut sources, mut diagnostics) = (SourceMap::default(), Diagnostics::default());
     let file = data().join(format!("{name}.csv.gz"));
     let table = read(&file, &mut sources, &mut diagnostics);
     assert!(diagnostics.sorted().is_empty(), "{}", shown(&diagnostics, &sources));
     table.expect("nothing was reported")
 }
 
-fn shown(diagnostics: &Diagnostics, sources: &Sources) -> String {
-    render::render(&diagnostics.sorted(), sources, render::Style::Plain)
+fn shown(diagnostics: &Diagnostics, sources: &SourceMap) -> String {
+    render::render(&diagnostics.sorted(), sources, render::RenderStyle::Plain)
 }
 
 /// A column in the file's own unit.
-fn column(table: &Table, name: &str) -> Vec<f64> {
+fn column(table: &DataTable, name: &str) -> Vec<f64> {
     table.column(name).expect("a column").values.clone()
 }
 
@@ -135,22 +135,24 @@ fn the_files_are_small_and_the_recordings_as_long_as_asked() {
 
 /// The circulation model with the field's instruments.
 fn instrumented() -> Model {
-    let (mut sources, mut diagnostics) = (Sources::default(), Diagnostics::default());
+    let (mut sources, mut diagnostics) = (SourceMap::default(), Diagnostics::default());
     let text = fs::read_to_string(support::root().join("models/mud_circulation.dgd"));
-    let main = Source { name: "mud_circulation.dgd".into(), text: text.expect("the model") };
+    let main = SourceText { name: "mud_circulation.dgd".into(), text: text.expect("the model") };
     let mut read = |_: &str| Err("this model imports nothing".to_owned());
     let model = load(main, &mut read, &mut sources, &mut diagnostics).and_then(|asts| {
-        let effects = load_folder(&Disk, &data(), &mut sources, &mut diagnostics)?;
+        let effects = load_folder(&DiskFiles, &data(), &mut sources, &mut diagnostics)?;
         let [effect] = effects.as_slice() else { panic!("one effect is beside the recordings") };
-        let application = Application { effect, arguments: Vec::new(), span: effect.name.span };
-        let applied = effects::apply(&asts, &[application], Blending::Applied, &mut diagnostics)?;
+        let application =
+            EffectApplication { effect, arguments: Vec::new(), span: effect.name.span };
+        let applied =
+            effects::apply(&asts, &[application], EffectBlending::Applied, &mut diagnostics)?;
         resolve(&applied.asts, &ModelOptions::default(), &mut diagnostics)
     });
     model.unwrap_or_else(|_| panic!("{}", shown(&diagnostics, &sources)))
 }
 
-fn declared(d: &Declared) -> select::Declared<'_> {
-    select::Declared { name: &d.name, unit: &d.unit, place: None }
+fn declared(d: &DeclarationHeader) -> select::DeclaredColumn<'_> {
+    select::DeclaredColumn { name: &d.name, unit: &d.unit, place: None }
 }
 
 #[test]
@@ -186,7 +188,7 @@ fn the_circulation_model_with_the_fields_instruments_knows_every_column() {
 fn a_recording_that_breaks_off_is_refused_by_name() {
     let bytes = fs::read(data().join("booster_ramps.csv.gz")).expect("a file");
     for kept in [bytes.len() - 1, bytes.len() / 2, 12] {
-        let (mut sources, mut diagnostics) = (Sources::default(), Diagnostics::default());
+        let (mut sources, mut diagnostics) = (SourceMap::default(), Diagnostics::default());
         let cut = read_from("half.csv.gz", &bytes[..kept], &mut sources, &mut diagnostics);
         assert!(cut.is_err(), "{kept} bytes");
         let text = shown(&diagnostics, &sources);

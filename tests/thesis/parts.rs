@@ -4,10 +4,10 @@
 use std::f64::consts::PI;
 use std::path::Path;
 
-use dgd_compiler::pipeline::Directions;
-use dgd_execute::Loaded;
+use dgd_compiler::pipeline::SensitivityDirections;
+use dgd_execute::LoadedSystem;
 use dgd_runtime::{
-    Column, Inputs, Observations, Options, Problem, Solution, System, observe, simulate,
+    InputColumn, Inputs, Observations, Options, Problem, Solution, System, observe, simulate,
 };
 
 use crate::support::{compiled_text, root};
@@ -18,27 +18,27 @@ const INCH: f64 = 0.0254;
 const LPM: f64 = 1e-3 / 60.0;
 
 /// A model of the folder `models`, with its variants and values chosen as on the command line.
-fn model(file: &str, variants: &[&str], settings: &[&str]) -> Loaded {
+fn model(file: &str, variants: &[&str], settings: &[&str]) -> LoadedSystem {
     let path = root().join("models").join(file);
     let text = std::fs::read_to_string(&path).expect("a model file");
     loaded(&path, text, variants, settings)
 }
 
 /// A model that stands in the folder `models` as far as its imports go.
-fn written(text: &str) -> Loaded {
+fn written(text: &str) -> LoadedSystem {
     loaded(&root().join("models/in_a_test.dgd"), text.to_owned(), &[], &[])
 }
 
-fn loaded(path: &Path, text: String, variants: &[&str], settings: &[&str]) -> Loaded {
+fn loaded(path: &Path, text: String, variants: &[&str], settings: &[&str]) -> LoadedSystem {
     let variants: Vec<(&str, &str)> =
         variants.iter().map(|variant| variant.split_once('=').expect("NAME=CHOICE")).collect();
-    let compiled = compiled_text(path, text, (&variants, settings), &Directions::None);
-    Loaded::new(compiled.program)
+    let compiled = compiled_text(path, text, (&variants, settings), &SensitivityDirections::None);
+    LoadedSystem::new(compiled.program)
 }
 
 /// A run, read by name.
 struct Run<'a> {
-    system: &'a Loaded,
+    system: &'a LoadedSystem,
     solution: Solution,
     observations: Observations,
 }
@@ -61,18 +61,18 @@ impl Run<'_> {
 
 /// Runs a model to `tolerance` and reads it at `times`; inputs are sampled at `samples`, in SI.
 fn run<'a>(
-    system: &'a Loaded,
+    system: &'a LoadedSystem,
     samples: &[f64],
     inputs: &[(&str, &[f64])],
     times: &[f64],
     tolerance: f64,
 ) -> Run<'a> {
     let signature = system.signature();
-    let columns: Vec<Column<'_>> = (signature.inputs.iter())
+    let columns: Vec<InputColumn<'_>> = (signature.inputs.iter())
         .map(|input| {
             let given = inputs.iter().find(|(name, _)| *name == input.name);
             let (name, values) = given.unwrap_or_else(|| panic!("no values of `{}`", input.name));
-            Column { name, interpolation: input.interpolation, values }
+            InputColumn { name, interpolation: input.interpolation, values }
         })
         .collect();
     let inputs = if columns.is_empty() {

@@ -1,10 +1,10 @@
 //! What the thesis says of its models: Fig 3.1, and the static formulation of §3.8.1.
 
-use dgd_compiler::pipeline::Directions;
-use dgd_execute::Interpreted;
+use dgd_compiler::pipeline::SensitivityDirections;
+use dgd_execute::InterpretedSystem;
 
 use dgd_runtime::{
-    Column, Inputs, Interpolation, Options, Problem, Solution, Solved, simulate,
+    InputColumn, Inputs, Interpolation, Options, Problem, Solution, SolvableSystem, simulate,
     simulate_with_sensitivities,
 };
 
@@ -22,13 +22,13 @@ fn options(tolerance: f64) -> Options {
 }
 
 /// Inputs that are held, one list of samples for each.
-fn held(system: &impl Solved, times: &[f64], values: &[&[f64]]) -> Inputs {
-    let columns: Vec<Column<'_>> = system
+fn held(system: &impl SolvableSystem, times: &[f64], values: &[&[f64]]) -> Inputs {
+    let columns: Vec<InputColumn<'_>> = system
         .signature()
         .inputs
         .iter()
         .zip(values)
-        .map(|(input, values)| Column {
+        .map(|(input, values)| InputColumn {
             name: &input.name,
             interpolation: Interpolation::Hold,
             values,
@@ -68,8 +68,8 @@ fn sensitivities_to_start_values_are_those_of_differences() {
     {
         let names = [&["c0"], starts].concat().into_iter().map(support::name).collect();
         let path = std::path::Path::new("models/mud_circulation.dgd");
-        let compiled = support::compiled_with(path, variants, &Directions::Named(names));
-        let system = Interpreted::new(compiled.program);
+        let compiled = support::compiled_with(path, variants, &SensitivityDirections::Named(names));
+        let system = InterpretedSystem::new(compiled.program);
         let p: [f64; 6] = riser::dynamic_flow::Parameters::default().into();
         let speeds: &[f64] = &[0.50, 0.52];
         let inputs = held(&system, &[0.0, 100.0], &[speeds, &[0.03, 0.03], &[0.005, 0.005]]);
@@ -107,7 +107,7 @@ fn sensitivities_to_start_values_are_those_of_differences() {
 }
 
 /// Level, flow and their sensitivities to c0, c2, F2 for a step in pump speed.
-fn riser_run(system: &impl Solved, m: f64, times: &[f64]) -> Solution {
+fn riser_run(system: &impl SolvableSystem, m: f64, times: &[f64]) -> Solution {
     let p: [f64; 6] = riser::dynamic_flow::Parameters { M_ssp: m, ..Default::default() }.into();
     let speeds: &[f64] = &[0.50, 0.52];
     let inputs = held(system, &[0.0, 100.0], &[speeds, &[0.03, 0.03], &[0.005, 0.005]]);
@@ -182,9 +182,9 @@ fn with_the_pump_stopped_the_level_comes_to_rest_between_inlet_and_outlet() {
 /// Level and flow after a step in pump speed at 50 m, by a form of the inertia.
 fn stepped(inertia: &str, m: f64, times: &[f64]) -> Solution {
     let path = std::path::Path::new("models/mud_circulation.dgd");
-    let named = Directions::Named(vec![support::name("M_ssp")]);
+    let named = SensitivityDirections::Named(vec![support::name("M_ssp")]);
     let compiled = support::compiled_with(path, &[("inertia", inertia)], &named);
-    let system = Interpreted::new(compiled.program);
+    let system = InterpretedSystem::new(compiled.program);
     riser_run(&system, m, times)
 }
 

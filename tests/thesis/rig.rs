@@ -1,7 +1,9 @@
 //! The drilling rig that the recordings with hidden effects come from: its own invariants, and that
 //! the model explains what it records when nothing is hidden.
 
-use dgd_runtime::{Column, Inputs, Interpolation, Options, Point, Problem, System, simulate};
+use dgd_runtime::{
+    EvaluationPoint, InputColumn, Inputs, Interpolation, Options, Problem, System, simulate,
+};
 
 use crate::drilling_rig::effects::{LIBRARY, OUTSIDE};
 use crate::drilling_rig::plant::{
@@ -235,9 +237,9 @@ fn residuals(plant: &Plant, recording: &Recording) -> [Vec<f64>; 4] {
     let boosts = column(|row| row.q_boost * LPM);
     let fills = column(|row| row.q_tf * LPM);
     let columns = [
-        Column { name: "w_ssp", interpolation: Interpolation::Hold, values: &speeds },
-        Column { name: "q_boost", interpolation: Interpolation::Linear, values: &boosts },
-        Column { name: "q_tf", interpolation: Interpolation::Hold, values: &fills },
+        InputColumn { name: "w_ssp", interpolation: Interpolation::Hold, values: &speeds },
+        InputColumn { name: "q_boost", interpolation: Interpolation::Linear, values: &boosts },
+        InputColumn { name: "q_tf", interpolation: Interpolation::Hold, values: &fills },
     ];
     let inputs = Inputs::recorded(&times, &columns).expect("inputs");
     let p: [f64; 6] = Parameters {
@@ -259,7 +261,10 @@ fn residuals(plant: &Plant, recording: &Recording) -> [Vec<f64>; 4] {
     for (k, row) in rows.iter().enumerate() {
         let u = [speeds[k], boosts[k], fills[k]];
         let mut w = [0.0; 4];
-        Model.outputs(Point { t: times[k], y: solution.y(k), u: &u, p: &p, z: &[] }, &mut w);
+        Model.outputs(
+            EvaluationPoint { t: times[k], y: solution.y(k), u: &u, p: &p, z: &[] },
+            &mut w,
+        );
         let read = [row.p_r * 1e5, row.p_in * 1e5, row.p_out * 1e5, row.q_ssp * LPM];
         for (i, sigma) in [p_r, p_in, p_out, q_ssp].into_iter().enumerate() {
             residuals[i].push((read[i] - w[i]) / sigma);

@@ -3,13 +3,13 @@
 //! riser with its `booster_line`.
 
 use dgd_compiler::diagnostics::{Diagnostics, render};
-use dgd_compiler::effects::{Application, Blending, Effect, apply};
+use dgd_compiler::effects::{Effect, EffectApplication, EffectBlending, apply};
 use dgd_compiler::model::ModelOptions;
-use dgd_compiler::pipeline::{Directions, compile_asts, load};
-use dgd_compiler::source::{Source, Sources};
+use dgd_compiler::pipeline::{SensitivityDirections, compile_asts, load};
+use dgd_compiler::source::{SourceMap, SourceText};
 use dgd_compiler::syntax::parse;
-use dgd_execute::{Engine, Loaded};
-use dgd_runtime::{Column, Inputs, Options, Problem, System, observe, simulate};
+use dgd_execute::{Engine, LoadedSystem};
+use dgd_runtime::{InputColumn, Inputs, Options, Problem, System, observe, simulate};
 
 use crate::support::{compiled_text, name, root};
 
@@ -23,13 +23,13 @@ const F_B: f64 = 6e7;
 const TAU_LINE: f64 = A_B * F_B / RHO_G;
 
 /// A model of the repository, some choices of its variants, and effects that are applied to it.
-fn system(model: &str, variants: &[(&str, &str)], effects: &[&str]) -> Loaded {
-    let (mut sources, mut diagnostics) = (Sources::default(), Diagnostics::default());
+fn system(model: &str, variants: &[(&str, &str)], effects: &[&str]) -> LoadedSystem {
+    let (mut sources, mut diagnostics) = (SourceMap::default(), Diagnostics::default());
     let models = root().join("models");
     let source = |path: &str| {
         let path = models.join(path);
         let text = std::fs::read_to_string(&path).expect("a file of the repository");
-        Source { name: path.display().to_string(), text }
+        SourceText { name: path.display().to_string(), text }
     };
     let mut read = |path: &str| std::fs::read_to_string(path).map_err(|error| error.to_string());
     let compiled =
@@ -40,19 +40,23 @@ fn system(model: &str, variants: &[(&str, &str)], effects: &[&str]) -> Loaded {
                 let ast = parse(id, &sources, &mut diagnostics)?;
                 read.push(Effect::read(ast, &mut diagnostics)?);
             }
-            let applications: Vec<Application<'_>> = read
+            let applications: Vec<EffectApplication<'_>> = read
                 .iter()
-                .map(|effect| Application { effect, arguments: Vec::new(), span: effect.name.span })
+                .map(|effect| EffectApplication {
+                    effect,
+                    arguments: Vec::new(),
+                    span: effect.name.span,
+                })
                 .collect();
-            let applied = apply(&asts, &applications, Blending::Applied, &mut diagnostics)?;
+            let applied = apply(&asts, &applications, EffectBlending::Applied, &mut diagnostics)?;
             let variants = variants.iter().map(|(v, c)| (name(v), name(c))).collect();
             let options = ModelOptions { variants, ..ModelOptions::default() };
-            compile_asts(applied.asts, &options, &Directions::None, &mut diagnostics)
+            compile_asts(applied.asts, &options, &SensitivityDirections::None, &mut diagnostics)
         });
     let compiled = compiled.unwrap_or_else(|_| {
-        panic!("{}", render::render(&diagnostics.sorted(), &sources, render::Style::Plain))
+        panic!("{}", render::render(&diagnostics.sorted(), &sources, render::RenderStyle::Plain))
     });
-    Loaded::with_engine(compiled.program, Engine::Native)
+    LoadedSystem::with_engine(compiled.program, Engine::Native)
 }
 
 /// Columns over time, in SI.
@@ -122,12 +126,12 @@ impl Recording {
 
     /// Runs a system on the recording's inputs; parameters and start values that are not declared
     /// ones are given by name, in SI. What is computed has the names of unknowns and outputs.
-    fn run(&self, system: &Loaded, settings: &[(&str, f64)], options: &Options) -> Recording {
+    fn run(&self, system: &LoadedSystem, settings: &[(&str, f64)], options: &Options) -> Recording {
         let signature = system.signature();
-        let columns: Vec<Column<'_>> = signature
+        let columns: Vec<InputColumn<'_>> = signature
             .inputs
             .iter()
-            .map(|input| Column {
+            .map(|input| InputColumn {
                 name: &input.name,
                 interpolation: input.interpolation,
                 values: self.column(&input.name),
@@ -442,8 +446,8 @@ fn line_alone(h_r: f64, top: &str, more: &[(&str, f64)]) -> Recording {
     let path = root().join("models/booster_line.dgd");
     let text = std::fs::read_to_string(&path).expect("a file of the repository");
     let chosen = (&[("top", top)][..], &["d_r=1e6"][..]);
-    let compiled = compiled_text(&path, text, chosen, &Directions::None);
-    let system = Loaded::with_engine(compiled.program, Engine::Native);
+    let compiled = compiled_text(&path, text, chosen, &SensitivityDirections::None);
+    let system = LoadedSystem::with_engine(compiled.program, Engine::Native);
     let settings = [more, &[("h_r", h_r)]].concat();
     Recording::of(1600, &inputs).run(&system, &settings, &tolerance(1e-8))
 }

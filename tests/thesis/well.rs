@@ -2,10 +2,10 @@
 //! `models/u_tube_drill_string.dgd`: against closed forms, balances by hand, and the equations of the
 //! page written down once more and integrated by another method.
 
-use dgd_compiler::pipeline::Directions;
-use dgd_execute::Interpreted;
+use dgd_compiler::pipeline::SensitivityDirections;
+use dgd_execute::InterpretedSystem;
 use dgd_runtime::{
-    Column, Inputs, Observations, Options, Problem, Solution, System, observe, simulate,
+    InputColumn, Inputs, Observations, Options, Problem, Solution, System, observe, simulate,
 };
 
 use crate::exact;
@@ -42,11 +42,11 @@ fn a_b() -> f64 {
 }
 
 /// A model of the repository with values of parameters, constants or states that are not its own.
-fn model(name: &str, settings: &[&str]) -> Interpreted {
+fn model(name: &str, settings: &[&str]) -> InterpretedSystem {
     let path = root().join("models").join(name);
     let text = std::fs::read_to_string(&path).expect("the model's file");
-    let compiled = compiled_text(&path, text, (&[], settings), &Directions::None);
-    Interpreted::new(compiled.program)
+    let compiled = compiled_text(&path, text, (&[], settings), &SensitivityDirections::None);
+    InterpretedSystem::new(compiled.program)
 }
 
 /// Samples of all inputs at one time: flows in lpm, the rest in SI.
@@ -97,7 +97,7 @@ impl Run {
     }
 }
 
-fn inputs<const N: usize>(system: &Interpreted, rows: &[Row<N>]) -> Inputs {
+fn inputs<const N: usize>(system: &InterpretedSystem, rows: &[Row<N>]) -> Inputs {
     let times: Vec<f64> = rows.iter().map(|(t, _)| *t).collect();
     let declared = &system.signature().inputs;
     assert_eq!(declared.len(), N);
@@ -109,10 +109,10 @@ fn inputs<const N: usize>(system: &Interpreted, rows: &[Row<N>]) -> Inputs {
             rows.iter().map(|(_, row)| factor * row[i]).collect()
         })
         .collect();
-    let columns: Vec<Column<'_>> = declared
+    let columns: Vec<InputColumn<'_>> = declared
         .iter()
         .zip(&values)
-        .map(|(input, values)| Column {
+        .map(|(input, values)| InputColumn {
             name: &input.name,
             interpolation: input.interpolation,
             values,
@@ -121,13 +121,18 @@ fn inputs<const N: usize>(system: &Interpreted, rows: &[Row<N>]) -> Inputs {
     Inputs::recorded(&times, &columns).expect("sound inputs")
 }
 
-fn run<const N: usize>(system: &Interpreted, rows: &[Row<N>], times: &[f64], rtol: f64) -> Run {
+fn run<const N: usize>(
+    system: &InterpretedSystem,
+    rows: &[Row<N>],
+    times: &[f64],
+    rtol: f64,
+) -> Run {
     run_from(system, rows, times, rtol, &[])
 }
 
 /// Runs with start values of some unknowns replaced.
 fn run_from<const N: usize>(
-    system: &Interpreted,
+    system: &InterpretedSystem,
     rows: &[Row<N>],
     times: &[f64],
     rtol: f64,

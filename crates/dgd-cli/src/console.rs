@@ -5,9 +5,9 @@ use std::path::Path;
 
 use dgd_compiler::diagnostics::fix::written;
 use dgd_compiler::diagnostics::{Diagnostic, Fix, render, visible};
-use dgd_compiler::source::{Source, SourceId, Sources};
+use dgd_compiler::source::{SourceId, SourceMap, SourceText};
 use dgd_data::files::write_whole;
-use dgd_identify::{Progress, Watch};
+use dgd_identify::{Monitor, Progress};
 use dgd_work::{Listener, Mistake, Remark, Session, WorkError, json_text};
 use serde_json::{Value, json};
 
@@ -38,7 +38,7 @@ impl<'a> Console<'a> {
     }
 
     /// Checks that no output would replace a file that was read.
-    pub(crate) fn spare(self, sources: &Sources) -> Result<(), WorkError> {
+    pub(crate) fn spare(self, sources: &SourceMap) -> Result<(), WorkError> {
         self.targets.map_or(Ok(()), |targets| targets.spare(sources))
     }
 
@@ -130,7 +130,7 @@ impl<'a> Console<'a> {
     }
 
     /// Prints a diagnostic that is not an error.
-    pub(crate) fn note(self, diagnostic: &Diagnostic, sources: &Sources) {
+    pub(crate) fn note(self, diagnostic: &Diagnostic, sources: &SourceMap) {
         if !self.global.quiet {
             // The diagnostic is drawn with its own escapes, and others are removed.
             complain(render::render_note(diagnostic, sources, self.style()).trim_end());
@@ -183,8 +183,8 @@ impl<'a> Console<'a> {
         }
     }
 
-    fn style(self) -> render::Style {
-        if self.is_coloured() { render::Style::Coloured } else { render::Style::Plain }
+    fn style(self) -> render::RenderStyle {
+        if self.is_coloured() { render::RenderStyle::Coloured } else { render::RenderStyle::Plain }
     }
 
     fn is_coloured(self) -> bool {
@@ -199,7 +199,7 @@ impl<'a> Console<'a> {
     }
 }
 
-impl Watch for Console<'_> {
+impl Monitor for Console<'_> {
     fn advanced(&self, _progress: Progress) {}
 
     fn is_stopped(&self) -> bool {
@@ -220,16 +220,16 @@ impl Listener for Console<'_> {
         !self.is_quiet()
     }
 
-    fn has_read(&self, sources: &Sources) -> Result<(), WorkError> {
+    fn has_read(&self, sources: &SourceMap) -> Result<(), WorkError> {
         self.spare(sources)
     }
 }
 
 /// How many mistakes `dgd check --fix` can fix, and in which file; `None` without fixes.
-fn mended(diagnostics: &[Diagnostic], sources: &Sources) -> Option<String> {
+fn mended(diagnostics: &[Diagnostic], sources: &SourceMap) -> Option<String> {
     let fixes = diagnostics.iter().filter_map(|diagnostic| diagnostic.fix.as_ref());
     let fixes: Vec<&Fix> = fixes.filter(|fix| fix.is_safe()).collect();
-    let of_file = |(k, source): (usize, &Source)| {
+    let of_file = |(k, source): (usize, &SourceText)| {
         let (_, n) = written(&source.text, SourceId(u32::try_from(k).ok()?), &fixes);
         (n > 0 && Path::new(&source.name).is_file()).then(|| (source.name.clone(), n))
     };

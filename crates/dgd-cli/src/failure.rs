@@ -3,7 +3,7 @@
 use std::fmt;
 
 use dgd_compiler::diagnostics::{Diagnostic, Diagnostics};
-use dgd_compiler::source::Sources;
+use dgd_compiler::source::SourceMap;
 use dgd_work::{Ended, WorkError};
 
 /// The reason why a command failed; each kind has its exit code.
@@ -14,7 +14,7 @@ pub(crate) enum CommandError {
         /// The mistakes.
         diagnostics: Vec<Diagnostic>,
         /// Where they are.
-        sources: Sources,
+        sources: SourceMap,
     },
     /// A file cannot be read or written, or `--check` found a fault: 1.
     Found(String),
@@ -35,7 +35,7 @@ pub(crate) const INTERRUPTED: u8 = 130;
 
 impl CommandError {
     /// The diagnostics so far.
-    pub(crate) fn diagnosed(diagnostics: &Diagnostics, sources: Sources) -> Self {
+    pub(crate) fn diagnosed(diagnostics: &Diagnostics, sources: SourceMap) -> Self {
         let diagnostics = diagnostics.sorted().into_iter().cloned().collect();
         CommandError::Diagnosed { diagnostics, sources }
     }

@@ -4,9 +4,9 @@ use std::io::{self, IsTerminal, Write};
 use std::sync::{Arc, Mutex};
 use std::time::{Duration, Instant};
 
-use dgd_compiler::source::Sources;
-use dgd_identify::{Of, Progress, Watch};
-use dgd_runtime::Watched;
+use dgd_compiler::source::SourceMap;
+use dgd_identify::{Monitor, Progress, Total};
+use dgd_runtime::RunMonitor;
 use dgd_work::{Listener, Remark, Session, WorkError};
 
 use crate::console::Console;
@@ -48,7 +48,7 @@ pub(crate) enum Interrupt {
 }
 
 /// Cancel flag of the runs of this process, which executes a single command line.
-static RUNS: Watched = Watched::new();
+static RUNS: RunMonitor = RunMonitor::new();
 
 #[derive(Debug)]
 struct Shared {
@@ -74,7 +74,7 @@ impl<'a> ProgressDisplay<'a> {
     }
 }
 
-impl Watch for ProgressDisplay<'_> {
+impl Monitor for ProgressDisplay<'_> {
     fn advanced(&self, progress: Progress) {
         // If another thread is drawing, this update is skipped.
         if let Some(line) = &self.shared.line
@@ -89,7 +89,7 @@ impl Watch for ProgressDisplay<'_> {
         RUNS.is_stopped()
     }
 
-    fn watched(&self) -> Option<&'static Watched> {
+    fn watched(&self) -> Option<&'static RunMonitor> {
         Some(&RUNS)
     }
 }
@@ -103,7 +103,7 @@ impl Listener for ProgressDisplay<'_> {
         self.console.hears_remarks()
     }
 
-    fn has_read(&self, sources: &Sources) -> Result<(), WorkError> {
+    fn has_read(&self, sources: &SourceMap) -> Result<(), WorkError> {
         self.console.has_read(sources)
     }
 
@@ -222,8 +222,8 @@ impl Line {
 fn words(progress: Progress, elapsed: Duration) -> String {
     let Progress { what, done, of } = progress;
     let (all, at_most) = match of {
-        Of::Exactly(all) => (all, ""),
-        Of::AtMost(all) => (all, "at most "),
+        Total::Exactly(all) => (all, ""),
+        Total::AtMost(all) => (all, "at most "),
     };
     let mut text = format!("{what}: {done} of {at_most}{all}, {} so far", clock(elapsed));
     if elapsed >= TOO_SOON && done > 0 && done < all {
@@ -258,7 +258,7 @@ mod tests {
             line.advanced(Progress { what, done, of }, instant(seconds))
                 .map(|text| text.trim().to_owned())
         };
-        let total = Of::AtMost(200);
+        let total = Total::AtMost(200);
         let first = text_after("simulations", 1, total, 0);
         assert_eq!(first.as_deref(), Some("simulations: 1 of at most 200, 0:00 so far"));
         assert_eq!(
@@ -271,7 +271,7 @@ mod tests {
             Some("simulations: 50 of at most 200, 0:30 so far, at most 1:30 left")
         );
         // Another count has its own time, and so has the same one when it restarts.
-        let total = Of::Exactly(3);
+        let total = Total::Exactly(3);
         text_after("profiles", 1, total, 40);
         let second = text_after("profiles", 2, total, 4050);
         assert_eq!(second.as_deref(), Some("profiles: 2 of 3, 1:06:50 so far, about 33:25 left"));
@@ -285,7 +285,7 @@ mod tests {
     fn nothing_of_a_longer_line_stays() {
         let start = Instant::now();
         let mut line = Line::new(start);
-        let progress = |done, all| Progress { what: "starts", done, of: Of::Exactly(all) };
+        let progress = |done, all| Progress { what: "starts", done, of: Total::Exactly(all) };
         let long = line.advanced(progress(100_000, 100_000), start).expect("the first is drawn");
         let short = line.advanced(progress(1, 2), start + BETWEEN).expect("it is time");
         assert_eq!(short.chars().count(), long.chars().count());

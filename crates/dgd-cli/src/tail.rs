@@ -3,7 +3,7 @@
 use std::io::{self, Write};
 use std::path::PathBuf;
 
-use dgd_data::files::{Files, write_folder};
+use dgd_data::files::{ResultFolder, write_folder};
 use dgd_work::{Ended, json_text};
 use serde_json::Value;
 
@@ -37,7 +37,7 @@ pub(crate) enum Saved<'a> {
     /// Files in a folder.
     Folder {
         /// The files.
-        files: Files,
+        files: ResultFolder,
         /// Whether a remark reports their location.
         is_told: bool,
     },

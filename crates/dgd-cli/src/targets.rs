@@ -3,7 +3,7 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use dgd_compiler::source::Sources;
+use dgd_compiler::source::SourceMap;
 use dgd_data::files::journal::RunJournal;
 use dgd_data::files::{try_folder, try_whole};
 use dgd_data::open::STANDARD_INPUT;
@@ -115,7 +115,7 @@ impl Targets {
     }
 
     /// Checks that none of them was read meanwhile, as an import or an effect.
-    pub(crate) fn spare(&self, sources: &Sources) -> Result<(), WorkError> {
+    pub(crate) fn spare(&self, sources: &SourceMap) -> Result<(), WorkError> {
         let read: Vec<PathBuf> = sources.iter().map(|source| PathBuf::from(&source.name)).collect();
         self.spare_all(&read)
     }

@@ -9,21 +9,21 @@
 //! | 5 | [`crate::codegen::generate`] | `Program` | Rust tokens |
 
 use crate::dae::{Dae, assemble};
-use crate::diagnostics::{Code, Diagnostic, Diagnostics, Reported};
+use crate::diagnostics::{Code, Diagnostic, Diagnostics, ErrorReported};
 use crate::model::{Model, ModelOptions, resolve};
 use crate::program::{Program, choose, lower};
-use crate::source::{Source, Sources, Span};
-use crate::syntax::Hole;
+use crate::source::{SourceMap, SourceText, Span};
+use crate::syntax::UnreadableItem;
 use crate::syntax::ast::Ast;
-use crate::syntax::imports::{self, Loaded};
+use crate::syntax::imports::{self, LoadedFiles};
 use crate::syntax::own_units;
 
-pub use crate::program::Directions;
-pub use crate::syntax::imports::Read;
+pub use crate::program::SensitivityDirections;
+pub use crate::syntax::imports::ReadImport;
 
 /// The result of every stage.
 #[derive(Debug, Clone)]
-pub struct Compiled {
+pub struct CompiledStages {
     /// The model file's tree first, then those of its imports, as they were read.
     pub asts: Vec<Ast>,
     /// Names, units and SI values.
@@ -41,15 +41,15 @@ pub struct Compiled {
 ///
 /// # Errors
 ///
-/// [`Reported`] if a file has syntax errors, or cannot be read or imported.
+/// [`ErrorReported`] if a file has syntax errors, or cannot be read or imported.
 pub fn load(
-    main: Source,
-    read: &mut Read<'_>,
-    sources: &mut Sources,
+    main: SourceText,
+    read: &mut ReadImport<'_>,
+    sources: &mut SourceMap,
     diagnostics: &mut Diagnostics,
-) -> Result<Vec<Ast>, Reported> {
+) -> Result<Vec<Ast>, ErrorReported> {
     let mut problems = Diagnostics::default();
-    let Loaded { asts, holes } = imports::load(vec![main], read, sources, &mut problems);
+    let LoadedFiles { asts, holes } = imports::load(vec![main], read, sources, &mut problems);
     let units = own_units::declared(&asts);
     if !units.is_empty() {
         sources.units = units;
@@ -68,13 +68,13 @@ pub fn load(
 /// Reports errors in the valid items of a model with holes, without errors that may only follow from the holes.
 pub fn further_mistakes(
     asts: &[Ast],
-    holes: &[Hole],
+    holes: &[UnreadableItem],
     options: &ModelOptions,
     diagnostics: &mut Diagnostics,
 ) {
     let mut further = Diagnostics::default();
     // The model is useless: it lacks the declarations in the holes.
-    let _: Result<Model, Reported> = resolve(asts, options, &mut further);
+    let _: Result<Model, ErrorReported> = resolve(asts, options, &mut further);
     for mistake in further.sorted() {
         if !holes.iter().any(|hole| follows_from(mistake, hole)) {
             diagnostics.error(mistake.clone());
@@ -83,9 +83,15 @@ pub fn further_mistakes(
 }
 
 /// Whether an error may only be due to an item that could not be read.
-fn follows_from(mistake: &Diagnostic, hole: &Hole) -> bool {
-    let is_about_names =
-        matches!(mistake.code, Code::E201 | Code::E203 | Code::E205 | Code::E209 | Code::E220);
+fn follows_from(mistake: &Diagnostic, hole: &UnreadableItem) -> bool {
+    let is_about_names = matches!(
+        mistake.code,
+        Code::UnknownName
+            | Code::UnknownFunction
+            | Code::MisusedName
+            | Code::NoDerivative
+            | Code::UnboundInput
+    );
     let names_it = |name: &String| {
         let quoted = [format!("`{name}`"), format!("`{name}.")];
         quoted.iter().any(|quoted| mistake.message.contains(quoted))
@@ -104,15 +110,15 @@ fn follows_from(mistake: &Diagnostic, hole: &Hole) -> bool {
 ///
 /// # Errors
 ///
-/// [`Reported`]: the errors are in `diagnostics`, with places in `sources`.
+/// [`ErrorReported`]: the errors are in `diagnostics`, with places in `sources`.
 pub fn compile(
-    main: Source,
+    main: SourceText,
     options: &ModelOptions,
-    directions: &Directions,
-    read: &mut Read<'_>,
-    sources: &mut Sources,
+    directions: &SensitivityDirections,
+    read: &mut ReadImport<'_>,
+    sources: &mut SourceMap,
     diagnostics: &mut Diagnostics,
-) -> Result<Compiled, Reported> {
+) -> Result<CompiledStages, ErrorReported> {
     let asts = load(main, read, sources, diagnostics)?;
     compile_asts(asts, options, directions, diagnostics)
 }
@@ -121,16 +127,16 @@ pub fn compile(
 ///
 /// # Errors
 ///
-/// [`Reported`]: the errors are in `diagnostics`.
+/// [`ErrorReported`]: the errors are in `diagnostics`.
 pub fn compile_asts(
     asts: Vec<Ast>,
     options: &ModelOptions,
-    directions: &Directions,
+    directions: &SensitivityDirections,
     diagnostics: &mut Diagnostics,
-) -> Result<Compiled, Reported> {
+) -> Result<CompiledStages, ErrorReported> {
     let model = resolve(&asts, options, diagnostics)?;
     let dae = assemble(&model, diagnostics)?;
     let directions = choose(&dae, directions, diagnostics)?;
     let program = lower(&dae, &directions);
-    Ok(Compiled { asts, model, dae, program })
+    Ok(CompiledStages { asts, model, dae, program })
 }

@@ -2,14 +2,14 @@
 
 /// A text, and its name for the user.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Source {
+pub struct SourceText {
     /// Path or other name, as shown in diagnostics.
     pub name: String,
     /// The whole text.
     pub text: String,
 }
 
-/// Number of a source among the [`Sources`].
+/// Number of a source among the [`SourceMap`].
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Default)]
 pub struct SourceId(pub u32);
 
@@ -27,7 +27,7 @@ pub struct Span {
 impl Span {
     /// The smallest range that contains both; the first if they are in different sources.
     #[must_use]
-    pub fn to(self, other: Span) -> Span {
+    pub fn join(self, other: Span) -> Span {
         if self.source != other.source {
             return self;
         }
@@ -52,21 +52,21 @@ pub struct DeclaredUnit {
 
 /// Every text of one compilation: the model's own first, then its imports.
 #[derive(Debug, Clone, Default)]
-pub struct Sources {
-    list: Vec<Source>,
+pub struct SourceMap {
+    list: Vec<SourceText>,
     /// Units that the model declares, for columns of data files.
     pub units: Vec<DeclaredUnit>,
 }
 
-impl Sources {
+impl SourceMap {
     /// Adds a source and returns its id.
-    pub fn add(&mut self, source: Source) -> SourceId {
+    pub fn add(&mut self, source: SourceText) -> SourceId {
         self.list.push(source);
         SourceId(u32::try_from(self.list.len() - 1).unwrap_or(u32::MAX))
     }
 
     /// The id of a source that may have been added before, so that an error in it is reported once.
-    pub fn add_once(&mut self, source: Source) -> SourceId {
+    pub fn add_once(&mut self, source: SourceText) -> SourceId {
         match self.list.iter().position(|added| *added == source) {
             Some(at) => SourceId(u32::try_from(at).unwrap_or(u32::MAX)),
             None => self.add(source),
@@ -74,12 +74,12 @@ impl Sources {
     }
 
     /// The source with this id.
-    pub fn get(&self, id: SourceId) -> &Source {
+    pub fn get(&self, id: SourceId) -> &SourceText {
         &self.list[id.0 as usize]
     }
 
     /// All sources in the order they were added.
-    pub fn iter(&self) -> impl Iterator<Item = &Source> {
+    pub fn iter(&self) -> impl Iterator<Item = &SourceText> {
         self.list.iter()
     }
 
@@ -92,13 +92,13 @@ impl Sources {
     pub fn line_column(&self, span: Span) -> (usize, usize) {
         let before = &self.get(span.source).text[..span.start as usize];
         let line_start = before.rfind('\n').map_or(0, |at| at + 1);
-        (before.matches('\n').count() + 1, Columns::Characters.of(&before[line_start..]) + 1)
+        (before.matches('\n').count() + 1, ColumnUnit::Characters.count(&before[line_start..]) + 1)
     }
 }
 
 /// Unit in which columns are counted.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Columns {
+pub enum ColumnUnit {
     /// Bytes of UTF-8.
     Utf8,
     /// Units of UTF-16; a character beyond the first plane has two.
@@ -107,13 +107,13 @@ pub enum Columns {
     Characters,
 }
 
-impl Columns {
+impl ColumnUnit {
     /// Number of columns of a text without line ends.
-    pub fn of(self, text: &str) -> usize {
+    pub fn count(self, text: &str) -> usize {
         match self {
-            Columns::Utf8 => text.len(),
-            Columns::Utf16 => text.chars().map(char::len_utf16).sum(),
-            Columns::Characters => text.chars().count(),
+            ColumnUnit::Utf8 => text.len(),
+            ColumnUnit::Utf16 => text.chars().map(char::len_utf16).sum(),
+            ColumnUnit::Characters => text.chars().count(),
         }
     }
 
@@ -122,7 +122,7 @@ impl Columns {
     fn bytes(self, line: &str, columns: usize) -> usize {
         let mut passed = 0;
         for (at, c) in line.char_indices() {
-            passed += self.of(&line[at..at + c.len_utf8()]);
+            passed += self.count(&line[at..at + c.len_utf8()]);
             if passed > columns {
                 return at;
             }
@@ -133,29 +133,29 @@ impl Columns {
 
 /// Starts of the lines of a text, to convert between bytes and lines and columns, which are counted from 0.
 #[derive(Debug, Clone)]
-pub struct Lines {
+pub struct LineStarts {
     starts: Vec<usize>,
 }
 
-impl Lines {
+impl LineStarts {
     /// The lines of a text.
-    pub fn of(text: &str) -> Lines {
+    pub fn from_text(text: &str) -> LineStarts {
         let behind_ends = text.match_indices('\n').map(|(at, _)| at + 1);
-        Lines { starts: std::iter::once(0).chain(behind_ends).collect() }
+        LineStarts { starts: std::iter::once(0).chain(behind_ends).collect() }
     }
 
     /// Line and column of a byte of this text.
-    pub fn position(&self, text: &str, byte: usize, columns: Columns) -> (usize, usize) {
+    pub fn position(&self, text: &str, byte: usize, columns: ColumnUnit) -> (usize, usize) {
         let mut byte = byte.min(text.len());
         while !text.is_char_boundary(byte) {
             byte -= 1;
         }
         let line = self.starts.partition_point(|start| *start <= byte) - 1;
-        (line, columns.of(&text[self.starts[line]..byte]))
+        (line, columns.count(&text[self.starts[line]..byte]))
     }
 
     /// The byte of this text at a line and column; the end of the line or text if these are shorter.
-    pub fn byte(&self, text: &str, line: usize, column: usize, columns: Columns) -> usize {
+    pub fn byte(&self, text: &str, line: usize, column: usize, columns: ColumnUnit) -> usize {
         let Some(&start) = self.starts.get(line) else { return text.len() };
         let end = self.starts.get(line + 1).map_or(text.len(), |next| next - 1);
         let line = text[start..end].strip_suffix('\r').unwrap_or(&text[start..end]);
@@ -170,20 +170,23 @@ mod tests {
     #[test]
     fn columns_of_greek_and_wide_letters_lead_back_to_their_bytes() {
         let text = "let τ = 1\r\nΔp 𝜌x # end\n";
-        let lines = Lines::of(text);
+        let lines = LineStarts::from_text(text);
         for (byte, _) in text.char_indices().filter(|(_, c)| !matches!(c, '\r' | '\n')) {
-            for columns in [Columns::Utf8, Columns::Utf16, Columns::Characters] {
+            for columns in [ColumnUnit::Utf8, ColumnUnit::Utf16, ColumnUnit::Characters] {
                 let (line, column) = lines.position(text, byte, columns);
                 assert_eq!(lines.byte(text, line, column, columns), byte, "{columns:?}");
             }
         }
         let x = text.find('x').expect("it is there");
-        assert_eq!(lines.position(text, x, Columns::Utf8), (1, 8));
-        assert_eq!(lines.position(text, x, Columns::Utf16), (1, 5));
-        assert_eq!(lines.position(text, x, Columns::Characters), (1, 4));
+        assert_eq!(lines.position(text, x, ColumnUnit::Utf8), (1, 8));
+        assert_eq!(lines.position(text, x, ColumnUnit::Utf16), (1, 5));
+        assert_eq!(lines.position(text, x, ColumnUnit::Characters), (1, 4));
         // Inside a letter of two units, beyond a line, and beyond the text.
-        assert_eq!(lines.byte(text, 1, 4, Columns::Utf16), text.find('𝜌').expect("it is there"));
-        assert_eq!(lines.byte(text, 0, 99, Columns::Utf16), text.find('\r').expect("it is there"));
-        assert_eq!(lines.byte(text, 9, 0, Columns::Utf16), text.len());
+        assert_eq!(lines.byte(text, 1, 4, ColumnUnit::Utf16), text.find('𝜌').expect("it is there"));
+        assert_eq!(
+            lines.byte(text, 0, 99, ColumnUnit::Utf16),
+            text.find('\r').expect("it is there")
+        );
+        assert_eq!(lines.byte(text, 9, 0, ColumnUnit::Utf16), text.len());
     }
 }

@@ -3,7 +3,7 @@
 use crate::diagnostics::{Diagnostics, render};
 use crate::model::{Model, ModelOptions, resolve};
 use crate::pipeline::load;
-use crate::source::{Source, Sources};
+use crate::source::{SourceMap, SourceText};
 use crate::syntax::ast::Ast;
 
 pub(crate) const TANK: &str = "\
@@ -22,26 +22,26 @@ output p [bar] = 1000 [kg/m^3]*g*h
 ";
 
 /// A compilation of the first file, which can import the others.
-pub(crate) struct Run {
-    pub(crate) sources: Sources,
+pub(crate) struct TankCompilation {
+    pub(crate) sources: SourceMap,
     pub(crate) diagnostics: Diagnostics,
     pub(crate) asts: Vec<Ast>,
 }
 
-impl Run {
-    pub(crate) fn new(files: &[(&str, &str)]) -> Run {
-        let (mut sources, mut diagnostics) = (Sources::default(), Diagnostics::default());
-        let main = Source { name: files[0].0.into(), text: files[0].1.into() };
+impl TankCompilation {
+    pub(crate) fn new(files: &[(&str, &str)]) -> TankCompilation {
+        let (mut sources, mut diagnostics) = (SourceMap::default(), Diagnostics::default());
+        let main = SourceText { name: files[0].0.into(), text: files[0].1.into() };
         let mut read = |path: &str| {
             let file = files.iter().find(|(name, _)| *name == path);
             file.map(|(_, text)| (*text).to_owned()).ok_or_else(|| "not found".to_owned())
         };
         let asts = load(main, &mut read, &mut sources, &mut diagnostics).unwrap_or_default();
-        Run { sources, diagnostics, asts }
+        TankCompilation { sources, diagnostics, asts }
     }
 
     pub(crate) fn shown(&self) -> String {
-        render::render(&self.diagnostics.sorted(), &self.sources, render::Style::Plain)
+        render::render(&self.diagnostics.sorted(), &self.sources, render::RenderStyle::Plain)
     }
 
     pub(crate) fn model(&mut self) -> Model {

@@ -6,11 +6,11 @@ use std::path::{Path, PathBuf};
 
 use dgd_compiler::dae::assemble;
 use dgd_compiler::diagnostics::{Diagnostics, render};
-use dgd_compiler::effects::{Application, Blending, Effect, apply, bind};
+use dgd_compiler::effects::{Effect, EffectApplication, EffectBlending, apply, bind};
 use dgd_compiler::model::{ModelOptions, resolve};
-use dgd_compiler::names::Names;
+use dgd_compiler::names::NameTable;
 use dgd_compiler::pipeline::load;
-use dgd_compiler::source::{Source, SourceId, Sources, Span};
+use dgd_compiler::source::{SourceId, SourceMap, SourceText, Span};
 use dgd_compiler::syntax::ast::Name;
 use dgd_compiler::syntax::{imports, parse};
 
@@ -36,26 +36,26 @@ fn models() -> Texts {
     all
 }
 
-fn names_of(texts: &Texts) -> (Names, Sources, Vec<PathBuf>) {
-    let (mut sources, mut diagnostics) = (Sources::default(), Diagnostics::default());
-    let source = |(path, text): (&PathBuf, &String)| Source {
+fn names_of(texts: &Texts) -> (NameTable, SourceMap, Vec<PathBuf>) {
+    let (mut sources, mut diagnostics) = (SourceMap::default(), Diagnostics::default());
+    let source = |(path, text): (&PathBuf, &String)| SourceText {
         name: path.display().to_string(),
         text: text.clone(),
     };
-    let files: Vec<Source> = texts.iter().map(source).collect();
+    let files: Vec<SourceText> = texts.iter().map(source).collect();
     let mut read = |path: &str| Err(format!("{path} is not among the files"));
     let loaded = imports::load(files, &mut read, &mut sources, &mut diagnostics);
-    let shown = render::render(&diagnostics.sorted(), &sources, render::Style::Plain);
+    let shown = render::render(&diagnostics.sorted(), &sources, render::RenderStyle::Plain);
     assert!(diagnostics.check().is_ok(), "{shown}");
-    let names = Names::of(&loaded.asts, &sources);
+    let names = NameTable::collect(&loaded.asts, &sources);
     (names, sources, texts.keys().cloned().collect())
 }
 
 /// Checks one model in all its variants, one choice at a time, and the effects on it; skipped if the model, its imports
 /// and its effects are unchanged.
 fn check(texts: &Texts, changed: &BTreeSet<PathBuf>, path: &Path) -> Result<(), String> {
-    let (mut sources, mut diagnostics) = (Sources::default(), Diagnostics::default());
-    let main = Source { name: path.display().to_string(), text: texts[path].clone() };
+    let (mut sources, mut diagnostics) = (SourceMap::default(), Diagnostics::default());
+    let main = SourceText { name: path.display().to_string(), text: texts[path].clone() };
     let mut read = |path: &str| texts.get(Path::new(path)).cloned().ok_or_else(String::new);
     let asts = load(main, &mut read, &mut sources, &mut diagnostics);
     let is_reached = sources.iter().any(|source| changed.contains(Path::new(&source.name)));
@@ -80,20 +80,22 @@ fn check(texts: &Texts, changed: &BTreeSet<PathBuf>, path: &Path) -> Result<(), 
                     continue;
                 }
                 let name = effect.display().to_string();
-                let id = sources.add(Source { name, text: text.clone() });
+                let id = sources.add(SourceText { name, text: text.clone() });
                 let Ok(ast) = parse(id, &sources, &mut diagnostics) else { continue };
                 let Ok(effect) = Effect::read(ast, &mut diagnostics) else { continue };
                 let Some(arguments) = bind(&effect, model).into_iter().next() else { continue };
                 let arguments = arguments.iter().map(|text| self::name(text)).collect();
-                let application = Application { effect: &effect, arguments, span: Span::default() };
-                let applied = apply(asts, &[application], Blending::Applied, &mut diagnostics);
+                let application =
+                    EffectApplication { effect: &effect, arguments, span: Span::default() };
+                let applied =
+                    apply(asts, &[application], EffectBlending::Applied, &mut diagnostics);
                 let _ = applied.and_then(|applied| {
                     resolve(&applied.asts, &ModelOptions::default(), &mut diagnostics)
                 });
             }
         }
     }
-    let shown = render::render(&diagnostics.sorted(), &sources, render::Style::Plain);
+    let shown = render::render(&diagnostics.sorted(), &sources, render::RenderStyle::Plain);
     diagnostics.check().map_err(|_| shown)
 }
 

@@ -7,7 +7,7 @@ use dgd_compiler::dae::assemble;
 use dgd_compiler::diagnostics::Diagnostics;
 use dgd_compiler::model::{ModelOptions, resolve};
 use dgd_compiler::pipeline::load;
-use dgd_compiler::source::{Source, SourceId, Sources};
+use dgd_compiler::source::{SourceId, SourceMap, SourceText};
 
 /// A random number generator (Marsaglia 2003, xorshift64).
 struct Random(u64);
@@ -25,8 +25,8 @@ impl Random {
 type Found = (String, Option<usize>);
 
 fn found(path: &Path, text: &str) -> Vec<Found> {
-    let (mut sources, mut diagnostics) = (Sources::default(), Diagnostics::default());
-    let main = Source { name: path.display().to_string(), text: text.to_owned() };
+    let (mut sources, mut diagnostics) = (SourceMap::default(), Diagnostics::default());
+    let main = SourceText { name: path.display().to_string(), text: text.to_owned() };
     let mut read = |path: &str| fs::read_to_string(path).map_err(|error| error.to_string());
     if let Ok(asts) = load(main, &mut read, &mut sources, &mut diagnostics) {
         let _ = resolve(&asts, &ModelOptions::default(), &mut diagnostics)

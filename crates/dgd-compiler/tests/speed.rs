@@ -8,7 +8,7 @@ use std::time::{Duration, Instant};
 use dgd_compiler::dae::assemble;
 use dgd_compiler::diagnostics::Diagnostics;
 use dgd_compiler::model::{ModelOptions, resolve};
-use dgd_compiler::source::{Source, Sources};
+use dgd_compiler::source::{SourceMap, SourceText};
 use dgd_compiler::syntax::imports;
 
 /// Number of compilations of each model; the fastest is used.
@@ -20,9 +20,9 @@ const MOST: f64 = 12.0;
 /// The times for a model up to names and units, and from there to its system.
 fn times(path: &Path) -> [Duration; 2] {
     let begin = Instant::now();
-    let (mut sources, mut diagnostics) = (Sources::default(), Diagnostics::default());
+    let (mut sources, mut diagnostics) = (SourceMap::default(), Diagnostics::default());
     let text = fs::read_to_string(path).expect("a model");
-    let main = Source { name: path.display().to_string(), text };
+    let main = SourceText { name: path.display().to_string(), text };
     let mut read = |path: &str| fs::read_to_string(path).map_err(|error| error.to_string());
     let loaded = imports::load(vec![main], &mut read, &mut sources, &mut diagnostics);
     let model = resolve(&loaded.asts, &ModelOptions::default(), &mut diagnostics);

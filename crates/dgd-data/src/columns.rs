@@ -1,26 +1,26 @@
 //! Tables of numeric columns from a program.
 
 use crate::cell::shown;
-use crate::csv::header::Header;
+use crate::csv::header::CsvHeader;
 
 /// A table of numbers, by columns.
 ///
 /// It is read like the CSV text with the same headers and numbers, to the last bit: `time` comes first, units are in
 /// brackets, NaN marks a missing value. Mistakes name rows, counted from 0, instead of lines.
 #[derive(Debug, Clone, Default, PartialEq)]
-pub struct Columns {
+pub struct DataColumns {
     /// Headers, `name [unit]`, and values. The columns of a valid table have equal lengths.
     pub all: Vec<(String, Vec<f64>)>,
 }
 
-impl Columns {
+impl DataColumns {
     pub(crate) fn names(&self) -> impl Iterator<Item = &str> {
         self.all.iter().map(|(header, _)| header.as_str())
     }
 
     /// The header line.
     pub(crate) fn headers(&self) -> String {
-        Header::line(self.names())
+        CsvHeader::line(self.names())
     }
 
     /// The CSV text of the same table.

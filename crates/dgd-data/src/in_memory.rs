@@ -8,34 +8,34 @@ use std::sync::Arc;
 
 use dgd_compiler::syntax::imports::verify_import;
 
-use crate::columns::Columns;
-use crate::open::{Entry, FileSystem};
+use crate::columns::DataColumns;
+use crate::open::{FileSystem, FolderEntry};
 
 /// In-memory files by path; paths are compared after `.` and `..` are resolved.
 #[derive(Debug, Clone, Default)]
 pub struct InMemory {
-    all: BTreeMap<PathBuf, Contents>,
+    all: BTreeMap<PathBuf, FileContents>,
 }
 
 /// The contents of a file.
 #[derive(Debug, Clone)]
-enum Contents {
+enum FileContents {
     Bytes(Arc<[u8]>),
-    Columns(Arc<Columns>),
+    Columns(Arc<DataColumns>),
 }
 
 impl InMemory {
     /// Adds a file, or replaces the one with this path.
     #[must_use]
-    pub fn with(mut self, path: impl AsRef<Path>, contents: impl Into<Vec<u8>>) -> Self {
-        self.all.insert(plain(path.as_ref()), Contents::Bytes(contents.into().into()));
+    pub fn with_file(mut self, path: impl AsRef<Path>, contents: impl Into<Vec<u8>>) -> Self {
+        self.all.insert(plain(path.as_ref()), FileContents::Bytes(contents.into().into()));
         self
     }
 
     /// Adds a table, or replaces the file with this path.
     #[must_use]
-    pub fn with_columns(mut self, path: impl AsRef<Path>, columns: Columns) -> Self {
-        self.all.insert(plain(path.as_ref()), Contents::Columns(Arc::new(columns)));
+    pub fn with_columns(mut self, path: impl AsRef<Path>, columns: DataColumns) -> Self {
+        self.all.insert(plain(path.as_ref()), FileContents::Columns(Arc::new(columns)));
         self
     }
 
@@ -49,8 +49,8 @@ impl InMemory {
     /// Paths and texts, in order of path; tables are left out.
     pub fn texts(&self) -> impl Iterator<Item = (&Path, &[u8])> {
         self.all.iter().filter_map(|(path, contents)| match contents {
-            Contents::Bytes(bytes) => Some((path.as_path(), &**bytes)),
-            Contents::Columns(_) => None,
+            FileContents::Bytes(bytes) => Some((path.as_path(), &**bytes)),
+            FileContents::Columns(_) => None,
         })
     }
 }
@@ -58,8 +58,8 @@ impl InMemory {
 impl FileSystem for InMemory {
     fn open(&self, path: &Path) -> Result<Box<dyn Read>, String> {
         match self.all.get(&plain(path)) {
-            Some(Contents::Bytes(bytes)) => Ok(Box::new(Cursor::new(Arc::clone(bytes)))),
-            Some(Contents::Columns(columns)) => Ok(Box::new(Cursor::new(columns.to_csv()))),
+            Some(FileContents::Bytes(bytes)) => Ok(Box::new(Cursor::new(Arc::clone(bytes)))),
+            Some(FileContents::Columns(columns)) => Ok(Box::new(Cursor::new(columns.to_csv()))),
             None if self.is_folder(path) => Err("it is a folder".to_owned()),
             None => Err("there is no such file".to_owned()),
         }
@@ -70,13 +70,13 @@ impl FileSystem for InMemory {
         self.open(path)
     }
 
-    fn entries(&self, folder: &Path) -> Vec<Entry> {
+    fn entries(&self, folder: &Path) -> Vec<FolderEntry> {
         let base = plain(folder);
-        let mut entries: Vec<Entry> = (self.all.keys())
+        let mut entries: Vec<FolderEntry> = (self.all.keys())
             .filter_map(|path| {
                 let mut inside = path.strip_prefix(&base).ok()?.components();
                 let name = inside.next()?;
-                Some(Entry { path: folder.join(name), is_folder: inside.next().is_some() })
+                Some(FolderEntry { path: folder.join(name), is_folder: inside.next().is_some() })
             })
             .collect();
         entries.dedup();
@@ -91,10 +91,10 @@ impl FileSystem for InMemory {
         !self.entries(path).is_empty()
     }
 
-    fn columns(&self, path: &Path) -> Option<Arc<Columns>> {
+    fn columns(&self, path: &Path) -> Option<Arc<DataColumns>> {
         match self.all.get(&plain(path))? {
-            Contents::Columns(columns) => Some(Arc::clone(columns)),
-            Contents::Bytes(_) => None,
+            FileContents::Columns(columns) => Some(Arc::clone(columns)),
+            FileContents::Bytes(_) => None,
         }
     }
 }
@@ -103,20 +103,20 @@ impl FileSystem for InMemory {
 ///
 /// A folder above hides the one below, so that a copied folder stays consistent.
 #[derive(Debug, Clone, Copy)]
-pub struct Layers<'a> {
+pub struct LayeredFiles<'a> {
     /// The first layer.
     pub above: &'a dyn FileSystem,
     /// The second layer.
     pub below: &'a dyn FileSystem,
 }
 
-impl Layers<'_> {
+impl LayeredFiles<'_> {
     fn of_file(&self, path: &Path) -> &dyn FileSystem {
         if self.above.is_file(path) { self.above } else { self.below }
     }
 }
 
-impl FileSystem for Layers<'_> {
+impl FileSystem for LayeredFiles<'_> {
     fn open(&self, path: &Path) -> Result<Box<dyn Read>, String> {
         self.of_file(path).open(path)
     }
@@ -125,7 +125,7 @@ impl FileSystem for Layers<'_> {
         self.of_file(path).open_import(path)
     }
 
-    fn entries(&self, folder: &Path) -> Vec<Entry> {
+    fn entries(&self, folder: &Path) -> Vec<FolderEntry> {
         let layer = if self.above.is_folder(folder) { self.above } else { self.below };
         layer.entries(folder)
     }
@@ -138,7 +138,7 @@ impl FileSystem for Layers<'_> {
         self.above.is_folder(path) || self.below.is_folder(path)
     }
 
-    fn columns(&self, path: &Path) -> Option<Arc<Columns>> {
+    fn columns(&self, path: &Path) -> Option<Arc<DataColumns>> {
         self.of_file(path).columns(path)
     }
 
@@ -170,16 +170,16 @@ mod tests {
     #[test]
     fn files_are_found_by_what_their_paths_mean() {
         let files = InMemory::default()
-            .with("models/a.dgd", "let a = 1\n")
-            .with("models/effects/b.dgd", "")
-            .with("models/effects/c/d.dgd", "");
+            .with_file("models/a.dgd", "let a = 1\n")
+            .with_file("models/effects/b.dgd", "")
+            .with_file("models/effects/c/d.dgd", "");
         let read = |path: &str| read_text(&files, Path::new(path));
         assert_eq!(read("./models/parts/../a.dgd").as_deref(), Ok("let a = 1\n"));
         assert_eq!(read("a.dgd"), Err("there is no such file".to_owned()));
         assert_eq!(read("models"), Err("it is a folder".to_owned()));
         let refused = read_import(&files, Path::new("models/a.txt"));
         assert!(refused.is_err_and(|why| why.contains("only regular")));
-        let entry = |path: &str, is_folder| Entry { path: path.into(), is_folder };
+        let entry = |path: &str, is_folder| FolderEntry { path: path.into(), is_folder };
         let expected = vec![entry("models/effects/b.dgd", false), entry("models/effects/c", true)];
         assert_eq!(files.entries(Path::new("models/effects")), expected);
         assert!(files.is_folder(Path::new("")) && !files.is_folder(Path::new("model")));
@@ -187,18 +187,18 @@ mod tests {
 
     #[test]
     fn a_layer_above_hides_files_and_folders_below() {
-        let above = InMemory::default().with("m.dgd", "new").with("effects/a.dgd", "");
+        let above = InMemory::default().with_file("m.dgd", "new").with_file("effects/a.dgd", "");
         let below = InMemory::default()
-            .with("m.dgd", "old")
-            .with("effects/b.dgd", "")
-            .with("lib/c.dgd", "c")
-            .with_columns("data", Columns::default());
-        let files = Layers { above: &above, below: &below };
+            .with_file("m.dgd", "old")
+            .with_file("effects/b.dgd", "")
+            .with_file("lib/c.dgd", "c")
+            .with_columns("data", DataColumns::default());
+        let files = LayeredFiles { above: &above, below: &below };
         let read = |path: &str| read_text(&files, Path::new(path));
         assert_eq!(read("m.dgd").as_deref(), Ok("new"));
         assert_eq!(read("lib/c.dgd").as_deref(), Ok("c"));
         assert!(read("effects/a.dgd").is_ok() && read("none").is_err());
-        let only_above = vec![Entry { path: "effects/a.dgd".into(), is_folder: false }];
+        let only_above = vec![FolderEntry { path: "effects/a.dgd".into(), is_folder: false }];
         assert_eq!(files.entries(Path::new("effects")), only_above);
         assert!(files.is_folder(Path::new("lib")) && !files.is_folder(Path::new("x")));
         assert!(files.columns(Path::new("data")).is_some());

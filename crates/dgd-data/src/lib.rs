@@ -33,12 +33,12 @@ mod table;
 mod tests;
 pub mod write;
 
-pub use columns::Columns;
+pub use columns::DataColumns;
 pub use csv::clock::Epoch;
 pub use csv::rename::Rename;
-pub use in_memory::{InMemory, Layers};
-pub use open::{Disk, FileSystem};
+pub use in_memory::{InMemory, LayeredFiles};
+pub use open::{DiskFiles, FileSystem};
 pub use parquet::catches_panics;
-pub use read::{Reading, cannot_read, decompressed, read, read_from};
+pub use read::{ReadOptions, cannot_read, decompressed, read, read_from};
 pub use sha256::Sha256Digest;
-pub use table::{Cells, Column, Disorder, Location, Table};
+pub use table::{CellRange, DataColumn, DataLocation, DataTable, TimeDisorder};

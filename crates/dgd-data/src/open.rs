@@ -9,7 +9,7 @@ use std::sync::Arc;
 use dgd_compiler::syntax::imports::verify_import;
 use flate2::bufread::MultiGzDecoder;
 
-use crate::columns::Columns;
+use crate::columns::DataColumns;
 use crate::encoding::not_text;
 
 /// Size limit of a model, library or effect, in bytes.
@@ -38,7 +38,7 @@ pub trait FileSystem: Debug + Sync {
     fn open_import(&self, path: &Path) -> Result<Box<dyn Read>, String>;
 
     /// The entries of a folder; empty if it cannot be read.
-    fn entries(&self, folder: &Path) -> Vec<Entry>;
+    fn entries(&self, folder: &Path) -> Vec<FolderEntry>;
 
     /// Whether the path is a regular file, which can be opened more than once.
     fn is_file(&self, path: &Path) -> bool;
@@ -52,14 +52,14 @@ pub trait FileSystem: Debug + Sync {
     }
 
     /// A table held as columns; `open` gives its CSV text.
-    fn columns(&self, _path: &Path) -> Option<Arc<Columns>> {
+    fn columns(&self, _path: &Path) -> Option<Arc<DataColumns>> {
         None
     }
 }
 
 /// An entry of a folder.
 #[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord)]
-pub struct Entry {
+pub struct FolderEntry {
     /// Its path, including that of the folder.
     pub path: PathBuf,
     /// Whether it is a folder itself.
@@ -68,9 +68,9 @@ pub struct Entry {
 
 /// The files on disk.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
-pub struct Disk;
+pub struct DiskFiles;
 
-impl FileSystem for Disk {
+impl FileSystem for DiskFiles {
     fn open(&self, path: &Path) -> Result<Box<dyn Read>, String> {
         if path == Path::new(STANDARD_INPUT) {
             return Ok(Box::new(std::io::stdin()));
@@ -82,11 +82,11 @@ impl FileSystem for Disk {
         Ok(Box::new(open_import(path)?))
     }
 
-    fn entries(&self, folder: &Path) -> Vec<Entry> {
+    fn entries(&self, folder: &Path) -> Vec<FolderEntry> {
         let entries = fs::read_dir(folder).into_iter().flatten().flatten();
         // A dangling link does not count.
         let there = entries.map(|entry| entry.path()).filter(|path| path.exists());
-        there.map(|path| Entry { is_folder: path.is_dir(), path }).collect()
+        there.map(|path| FolderEntry { is_folder: path.is_dir(), path }).collect()
     }
 
     fn is_file(&self, path: &Path) -> bool {
@@ -202,10 +202,10 @@ mod tests {
         let file = File::create(&path).expect("the folder is writable");
         file.set_len(MOST_BYTES + 1).expect("there is room");
         for read in [read_text, read_import] {
-            assert_eq!(read(&Disk, &path), Err("it is larger than 16 MB".to_owned()));
+            assert_eq!(read(&DiskFiles, &path), Err("it is larger than 16 MB".to_owned()));
         }
-        assert_eq!(read_text(&Disk, folder.path()), Err("it is a folder".to_owned()));
-        assert!(read_import(&Disk, folder.path()).is_err());
+        assert_eq!(read_text(&DiskFiles, folder.path()), Err("it is a folder".to_owned()));
+        assert!(read_import(&DiskFiles, folder.path()).is_err());
     }
 
     #[cfg(unix)]
@@ -218,13 +218,13 @@ mod tests {
         for (link, target) in [("1.dgd", "real.dgd"), ("2.dgd", "secret"), ("3.dgd", "/dev/zero")] {
             std::os::unix::fs::symlink(target, path(link)).expect("the folder is writable");
         }
-        assert_eq!(read_import(&Disk, &path("1.dgd")).as_deref(), Ok("let a = 1\n"));
+        assert_eq!(read_import(&DiskFiles, &path("1.dgd")).as_deref(), Ok("let a = 1\n"));
         for link in ["2.dgd", "3.dgd", "secret"] {
             assert!(
-                read_import(&Disk, &path(link)).is_err_and(|why| why.contains("only regular")),
+                read_import(&DiskFiles, &path(link)).is_err_and(|why| why.contains("only regular")),
                 "{link}"
             );
         }
-        assert_eq!(read_text(&Disk, Path::new("/dev/zero")), Err("it is a device".to_owned()));
+        assert_eq!(read_text(&DiskFiles, Path::new("/dev/zero")), Err("it is a device".to_owned()));
     }
 }

@@ -3,22 +3,22 @@
 use std::io::{self, BufRead, BufReader, Cursor, Read, Seek};
 use std::path::Path;
 
-use dgd_compiler::diagnostics::{Code, Diagnostic, Diagnostics, Reported};
-use dgd_compiler::source::{Source, Sources, Span};
+use dgd_compiler::diagnostics::{Code, Diagnostic, Diagnostics, ErrorReported};
+use dgd_compiler::source::{SourceMap, SourceText, Span};
 
 #[cfg(feature = "parquet")]
 use crate::csv::groups;
-use crate::csv::header::Header;
-use crate::csv::kept::Kept;
+use crate::csv::header::CsvHeader;
+use crate::csv::kept::ShownText;
 use crate::csv::numbers;
-use crate::csv::records::Records;
+use crate::csv::records::CsvRecords;
 use crate::csv::rename::Rename;
-use crate::csv::rows::Rows;
+use crate::csv::rows::CsvRows;
 use crate::encoding::{NotText, not_text};
-use crate::open::{Disk, FileSystem, STANDARD_INPUT};
-use crate::parquet::{MAGIC, Place};
-use crate::sha256::{Digested, Sha256Digest};
-use crate::table::{Order, Table};
+use crate::open::{DiskFiles, FileSystem, STANDARD_INPUT};
+use crate::parquet::{MAGIC, RandomAccess};
+use crate::sha256::{DigestingReader, Sha256Digest};
+use crate::table::{DataTable, DisorderPolicy};
 
 /// Bytes of text kept so that a diagnostic can show its line. For a longer text only the lines down to the header are
 /// kept, and the diagnostic gives the line number.
@@ -26,39 +26,39 @@ const KEPT: usize = 1 << 22;
 
 /// Options for reading a data file: CSV, possibly compressed with gzip, or Parquet.
 #[derive(Debug, Clone, Copy)]
-pub struct Reading<'a> {
+pub struct ReadOptions<'a> {
     /// Bytes of text kept for diagnostics.
     pub(crate) kept: usize,
-    pub(crate) order: Order,
+    pub(crate) order: DisorderPolicy,
     pub(crate) renames: &'a [Rename],
     /// Names of the columns to read; `None` for all.
     pub(crate) wanted: Option<&'a [&'a str]>,
 }
 
-impl Default for Reading<'_> {
+impl Default for ReadOptions<'_> {
     fn default() -> Self {
-        Reading { kept: KEPT, order: Order::Required, renames: &[], wanted: None }
+        ReadOptions { kept: KEPT, order: DisorderPolicy::Required, renames: &[], wanted: None }
     }
 }
 
-impl<'a> Reading<'a> {
+impl<'a> ReadOptions<'a> {
     /// The same, with other names for some columns.
     #[must_use]
     pub fn renamed(self, renames: &'a [Rename]) -> Self {
-        Reading { renames, ..self }
+        ReadOptions { renames, ..self }
     }
 
     /// The same where times may be out of order: rows whose time runs backwards are left out and reported in
-    /// [`Table::disorder`].
+    /// [`DataTable::disorder`].
     #[must_use]
     pub fn as_it_is(self) -> Self {
-        Reading { order: Order::Recorded, ..self }
+        ReadOptions { order: DisorderPolicy::Recorded, ..self }
     }
 
     /// The same with only these columns and the time; other columns get a header and no values.
     #[must_use]
-    pub fn of(self, wanted: &'a [&'a str]) -> Self {
-        Reading { wanted: Some(wanted), ..self }
+    pub fn with_columns(self, wanted: &'a [&'a str]) -> Self {
+        ReadOptions { wanted: Some(wanted), ..self }
     }
 
     /// Whether a column of this name is read.
@@ -71,9 +71,9 @@ impl<'a> Reading<'a> {
         self,
         files: &dyn FileSystem,
         path: &Path,
-        sources: &mut Sources,
+        sources: &mut SourceMap,
         diagnostics: &mut Diagnostics,
-    ) -> Result<Table, Reported> {
+    ) -> Result<DataTable, ErrorReported> {
         let name = if path == Path::new(STANDARD_INPUT) {
             "standard input".to_owned()
         } else {
@@ -83,8 +83,8 @@ impl<'a> Reading<'a> {
             return numbers::read(&columns, &name, self, sources, diagnostics);
         }
         // A file on disk is read by columns, and never loaded as a whole.
-        let place = files.file(path).map(Place::File);
-        if let Some(place) = place.filter(Place::is_parquet) {
+        let place = files.file(path).map(RandomAccess::File);
+        if let Some(place) = place.filter(RandomAccess::is_parquet) {
             return read_parquet(self, &name, place, sources, diagnostics);
         }
         match files.open(path) {
@@ -97,43 +97,43 @@ impl<'a> Reading<'a> {
 /// Reads a data file on disk.
 pub fn read(
     path: &Path,
-    sources: &mut Sources,
+    sources: &mut SourceMap,
     diagnostics: &mut Diagnostics,
-) -> Result<Table, Reported> {
-    Reading::default().read(&Disk, path, sources, diagnostics)
+) -> Result<DataTable, ErrorReported> {
+    ReadOptions::default().read(&DiskFiles, path, sources, diagnostics)
 }
 
 /// Reads a data file from any source, called `name` in diagnostics.
 pub fn read_from(
     name: &str,
     input: impl Read,
-    sources: &mut Sources,
+    sources: &mut SourceMap,
     diagnostics: &mut Diagnostics,
-) -> Result<Table, Reported> {
-    read_with(Reading::default(), name, input, sources, diagnostics)
+) -> Result<DataTable, ErrorReported> {
+    read_with(ReadOptions::default(), name, input, sources, diagnostics)
 }
 
 pub(crate) fn read_with(
-    reading: Reading<'_>,
+    reading: ReadOptions<'_>,
     name: &str,
     input: impl Read,
-    sources: &mut Sources,
+    sources: &mut SourceMap,
     diagnostics: &mut Diagnostics,
-) -> Result<Table, Reported> {
-    let mut input = Digested::new(input);
+) -> Result<DataTable, ErrorReported> {
+    let mut input = DigestingReader::new(input);
     let mut table = read_text(reading, name, &mut input, sources, diagnostics)?;
     table.digest = Some(input.digest());
     Ok(table)
 }
 
 fn read_text(
-    reading: Reading<'_>,
+    reading: ReadOptions<'_>,
     name: &str,
     input: impl Read,
-    sources: &mut Sources,
+    sources: &mut SourceMap,
     diagnostics: &mut Diagnostics,
-) -> Result<Table, Reported> {
-    let Reading { kept: limit, renames, .. } = reading;
+) -> Result<DataTable, ErrorReported> {
+    let ReadOptions { kept: limit, renames, .. } = reading;
     let mut head = Vec::new();
     let opened = decompressed(input).and_then(|mut input| {
         (&mut input).take(limit as u64).read_to_end(&mut head)?;
@@ -151,7 +151,13 @@ fn read_text(
     };
     if head.starts_with(MAGIC) {
         if head.ends_with(MAGIC) {
-            return parquet_columns(Place::Memory(head), name, reading, sources, diagnostics);
+            return parquet_columns(
+                RandomAccess::Memory(head),
+                name,
+                reading,
+                sources,
+                diagnostics,
+            );
         }
         rest = Box::new(Cursor::new(head.split_off(limit.min(head.len()))));
     }
@@ -174,9 +180,9 @@ fn read_text(
         start += line.len();
         lines += 1;
     }
-    let mut records = Records::new(Cursor::new(&head[start..]).chain(rest), start, lines);
+    let mut records = CsvRecords::new(Cursor::new(&head[start..]).chain(rest), start, lines);
     let mut header = match records.next() {
-        Ok(Some(record)) if record.end() <= text.len() => Header::of(&record),
+        Ok(Some(record)) if record.end() <= text.len() => CsvHeader::from_record(&record),
         Ok(_) => {
             let why = if text.trim().is_empty() { "it is empty" } else { "it has no header line" };
             return Err(diagnostics.error(unreadable(name, &text[..start], sources, why)));
@@ -186,11 +192,11 @@ fn read_text(
         }
     };
     let shown = if whole { text } else { &text[..header.place.end] };
-    let source = sources.add(Source { name: name.to_owned(), text: shown.to_owned() });
+    let source = sources.add(SourceText { name: name.to_owned(), text: shown.to_owned() });
 
-    let kept = Kept { source, whole };
+    let kept = ShownText { source, whole };
     header.rename(renames, kept, sources, diagnostics)?;
-    let mut rows = Rows::below(&header, reading, kept, sources, diagnostics)?;
+    let mut rows = CsvRows::below(&header, reading, kept, sources, diagnostics)?;
     loop {
         match records.next() {
             Ok(Some(record)) => rows.take(&record),
@@ -198,7 +204,11 @@ fn read_text(
             Err(error) => {
                 let message = format!("`{name}` breaks off after {} rows: {error}", rows.len());
                 let place = rows.header();
-                return Err(diagnostics.error(Diagnostic::new(Code::E601, place, message)));
+                return Err(diagnostics.error(Diagnostic::new(
+                    Code::UnreadableFile,
+                    place,
+                    message,
+                )));
             }
         }
     }
@@ -223,20 +233,20 @@ pub fn decompressed<'a>(mut input: impl Read + 'a) -> io::Result<Box<dyn BufRead
 
 /// Reads a Parquet file on disk.
 fn read_parquet(
-    reading: Reading<'_>,
+    reading: ReadOptions<'_>,
     name: &str,
-    mut place: Place,
-    sources: &mut Sources,
+    mut place: RandomAccess,
+    sources: &mut SourceMap,
     diagnostics: &mut Diagnostics,
-) -> Result<Table, Reported> {
+) -> Result<DataTable, ErrorReported> {
     let digest = match &mut place {
-        Place::File(file) => file.rewind().and_then(|()| Sha256Digest::read(file)),
-        Place::Memory(bytes) => Sha256Digest::read(bytes.as_slice()),
+        RandomAccess::File(file) => file.rewind().and_then(|()| Sha256Digest::read(file)),
+        RandomAccess::Memory(bytes) => Sha256Digest::read(bytes.as_slice()),
     };
     let digest = digest
         .map_err(|error| diagnostics.error(unreadable(name, "", sources, &error.to_string())))?;
     let table = parquet_columns(place, name, reading, sources, diagnostics)?;
-    Ok(Table { digest: Some(digest), ..table })
+    Ok(DataTable { digest: Some(digest), ..table })
 }
 
 #[cfg(feature = "parquet")]
@@ -245,12 +255,12 @@ use groups::read as parquet_columns;
 /// Refuses a Parquet file.
 #[cfg(not(feature = "parquet"))]
 fn parquet_columns(
-    _: Place,
+    _: RandomAccess,
     name: &str,
-    _: Reading<'_>,
-    sources: &mut Sources,
+    _: ReadOptions<'_>,
+    sources: &mut SourceMap,
     diagnostics: &mut Diagnostics,
-) -> Result<Table, Reported> {
+) -> Result<DataTable, ErrorReported> {
     let refusal = unreadable(name, "", sources, "it is Parquet, which this build does not read");
     let help = "write it as `.csv`, or build dgd with `--features parquet`";
     Err(diagnostics.error(refusal.help(help)))
@@ -278,14 +288,14 @@ fn utf8(head: &[u8], whole: bool) -> Result<&str, (&str, NotText)> {
 }
 
 /// A file that cannot be opened.
-pub fn cannot_read(name: &str, sources: &mut Sources, why: &str) -> Diagnostic {
+pub fn cannot_read(name: &str, sources: &mut SourceMap, why: &str) -> Diagnostic {
     unreadable(name, "", sources, why)
 }
 
 /// A file that is not the text of a table, with its valid beginning.
-pub(crate) fn unreadable(name: &str, text: &str, sources: &mut Sources, why: &str) -> Diagnostic {
+pub(crate) fn unreadable(name: &str, text: &str, sources: &mut SourceMap, why: &str) -> Diagnostic {
     let end = u32::try_from(text.len()).unwrap_or(u32::MAX);
-    let source = sources.add(Source { name: name.to_owned(), text: text.to_owned() });
+    let source = sources.add(SourceText { name: name.to_owned(), text: text.to_owned() });
     let span = Span { source, start: end, end };
-    Diagnostic::new(Code::E601, span, format!("cannot read `{name}`: {why}"))
+    Diagnostic::new(Code::UnreadableFile, span, format!("cannot read `{name}`: {why}"))
 }

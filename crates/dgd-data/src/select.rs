@@ -6,15 +6,15 @@
 use std::borrow::Cow;
 use std::collections::HashSet;
 
-use dgd_compiler::diagnostics::{Code, Diagnostic, Diagnostics, Reported, suggestion};
+use dgd_compiler::diagnostics::{Code, Diagnostic, Diagnostics, ErrorReported, suggestion};
 use dgd_compiler::source::Span;
 use dgd_compiler::units::{Dimension, Unit, convert};
 
-use crate::table::{Column, Replicate, SHOWN, Table};
+use crate::table::{DataColumn, DataTable, Replicate, SHOWN};
 
 /// The declaration of an input, output or state in the model.
 #[derive(Debug, Clone, Copy)]
-pub struct Declared<'a> {
+pub struct DeclaredColumn<'a> {
     /// Its name.
     pub name: &'a str,
     /// Its unit.
@@ -30,16 +30,16 @@ pub struct Declared<'a> {
 /// An input has no column (E603), or one with missing values (E608), or one that cannot be read as declared (E604,
 /// E607, E609), or differs among three or more rows at one time (E606).
 pub fn inputs(
-    table: &Table,
-    declared: &[Declared<'_>],
+    table: &DataTable,
+    declared: &[DeclaredColumn<'_>],
     diagnostics: &mut Diagnostics,
-) -> Result<Vec<Vec<f64>>, Reported> {
-    inputs_with(table, declared, &[], Gaps::Refused, diagnostics)
+) -> Result<Vec<Vec<f64>>, ErrorReported> {
+    inputs_with(table, declared, &[], GapPolicy::Refused, diagnostics)
 }
 
 /// Treatment of missing values of an input.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Gaps {
+pub enum GapPolicy {
     /// They are a mistake.
     Refused,
     /// They are NaN.
@@ -52,12 +52,12 @@ pub enum Gaps {
 ///
 /// Those of [`inputs`].
 pub fn inputs_with(
-    table: &Table,
-    declared: &[Declared<'_>],
+    table: &DataTable,
+    declared: &[DeclaredColumn<'_>],
     known: &[&str],
-    gaps: Gaps,
+    gaps: GapPolicy,
     diagnostics: &mut Diagnostics,
-) -> Result<Vec<Vec<f64>>, Reported> {
+) -> Result<Vec<Vec<f64>>, ErrorReported> {
     let mut columns = Vec::with_capacity(declared.len());
     let mut reported = Ok(());
     for input in declared {
@@ -74,14 +74,14 @@ pub fn inputs_with(
             }
             Err(diagnostic) => reported = Err(diagnostics.error(diagnostic)),
         }
-        if gaps == Gaps::Refused
+        if gaps == GapPolicy::Refused
             && let Some(missing) = &column.missing
         {
             let nowhere = missing.count == table.len();
             let place = if nowhere { "in any row" } else { "here" };
             let message = format!("the input `{}` has no value {place}", input.name);
             let diagnostic = missing
-                .diagnostic(Code::E608, message)
+                .diagnostic(Code::MissingInputValue, message)
                 .help("an input is needed at every time: fill the gap, or cut the recording");
             reported = Err(diagnostics.error(diagnostic));
         }
@@ -90,7 +90,7 @@ pub fn inputs_with(
 }
 
 /// The first replicate whose value of an input differs from that of the first row at its time.
-fn differing_replicate(table: &Table, name: &str, values: &[f64]) -> Option<Diagnostic> {
+fn differing_replicate(table: &DataTable, name: &str, values: &[f64]) -> Option<Diagnostic> {
     // Missing values are reported separately.
     let differs = |a: f64, b: f64| a != b && !a.is_nan() && !b.is_nan();
     let replicate = table.replicates.iter().find(|replicate| {
@@ -101,7 +101,7 @@ fn differing_replicate(table: &Table, name: &str, values: &[f64]) -> Option<Diag
         "three rows or more have the time `{}` and differ in the input `{name}`",
         replicate.time.text
     );
-    Some(replicate.time.diagnostic(Code::E606, message).help(
+    Some(replicate.time.diagnostic(Code::DifferingReplicates, message).help(
         "two rows with one time are the left and right values of a jump; more of them are replicates, \
          which agree in all inputs",
     ))
@@ -114,11 +114,11 @@ fn differing_replicate(table: &Table, name: &str, values: &[f64]) -> Option<Diag
 ///
 /// A column cannot be read as declared (E604, E607, E609).
 pub fn measured(
-    table: &Table,
-    declared: &[Declared<'_>],
+    table: &DataTable,
+    declared: &[DeclaredColumn<'_>],
     diagnostics: &mut Diagnostics,
-) -> Result<Vec<Option<Vec<f64>>>, Reported> {
-    let read = |output: &Declared<'_>| {
+) -> Result<Vec<Option<Vec<f64>>>, ErrorReported> {
+    let read = |output: &DeclaredColumn<'_>| {
         table.column(output.name).map(|column| converted(column, output)).transpose()
     };
     of_each(declared, read, diagnostics)
@@ -126,10 +126,10 @@ pub fn measured(
 
 /// The result of `read` for each output, or all mistakes.
 fn of_each<T>(
-    declared: &[Declared<'_>],
-    read: impl Fn(&Declared<'_>) -> Result<T, Diagnostic>,
+    declared: &[DeclaredColumn<'_>],
+    read: impl Fn(&DeclaredColumn<'_>) -> Result<T, Diagnostic>,
     diagnostics: &mut Diagnostics,
-) -> Result<Vec<T>, Reported> {
+) -> Result<Vec<T>, ErrorReported> {
     let mut columns = Vec::with_capacity(declared.len());
     let mut reported = Ok(());
     for output in declared {
@@ -153,11 +153,11 @@ pub fn deviation(output: &str) -> String {
 ///
 /// A column cannot be read as declared (E604, E607, E609).
 pub fn deviations(
-    table: &Table,
-    declared: &[Declared<'_>],
+    table: &DataTable,
+    declared: &[DeclaredColumn<'_>],
     diagnostics: &mut Diagnostics,
-) -> Result<Vec<Option<Vec<f64>>>, Reported> {
-    let read = |output: &Declared<'_>| {
+) -> Result<Vec<Option<Vec<f64>>>, ErrorReported> {
+    let read = |output: &DeclaredColumn<'_>| {
         let Some(column) = table.column(&deviation(output.name)) else { return Ok(None) };
         // Differences have no offset: 0.5 °C is half a kelvin.
         let factor = verify(column, output)?.map_or(1.0, |unit| unit.factor);
@@ -167,7 +167,7 @@ pub fn deviations(
 }
 
 /// The columns whose names are not among `known`, in the order of the file.
-pub fn unknown<'t>(table: &'t Table, known: &[&str]) -> Vec<&'t Column> {
+pub fn unknown<'t>(table: &'t DataTable, known: &[&str]) -> Vec<&'t DataColumn> {
     let known: HashSet<&str> = known.iter().copied().collect();
     table.columns.iter().filter(|column| !known.contains(column.name.as_str())).collect()
 }
@@ -176,7 +176,7 @@ pub fn unknown<'t>(table: &'t Table, known: &[&str]) -> Vec<&'t Column> {
 const NAMED: usize = 8;
 
 /// A note on the columns that are not among `known`: they are not used.
-pub fn unknown_note(table: &Table, known: &[&str]) -> Option<Diagnostic> {
+pub fn unknown_note(table: &DataTable, known: &[&str]) -> Option<Diagnostic> {
     let unknown = unknown(table, known);
     let (first, others) = unknown.split_first()?;
     let named = if unknown.len() > NAMED + 1 { NAMED } else { unknown.len() };
@@ -194,7 +194,7 @@ pub fn unknown_note(table: &Table, known: &[&str]) -> Option<Diagnostic> {
             )
         }
     };
-    let mut note = Diagnostic::new(Code::E611, first.place, message);
+    let mut note = Diagnostic::new(Code::UnknownColumn, first.place, message);
     for column in &others[..named - 1] {
         note = note.label(column.place, "");
     }
@@ -218,9 +218,9 @@ fn shortened(name: &str) -> Cow<'_, str> {
     }
 }
 
-fn no_column(table: &Table, input: &Declared<'_>, known: &[&str]) -> Diagnostic {
+fn no_column(table: &DataTable, input: &DeclaredColumn<'_>, known: &[&str]) -> Diagnostic {
     let message = format!("there is no column for the input `{}`", input.name);
-    let mut diagnostic = Diagnostic::new(Code::E603, table.header, message);
+    let mut diagnostic = Diagnostic::new(Code::NoInputColumn, table.header, message);
     if let Some(place) = input.place {
         diagnostic = diagnostic.label(place, "declared here");
     }
@@ -232,7 +232,10 @@ fn no_column(table: &Table, input: &Declared<'_>, known: &[&str]) -> Diagnostic 
 }
 
 /// The values of a column in SI, in the model's convention.
-pub fn converted(column: &Column, declared: &Declared<'_>) -> Result<Vec<f64>, Diagnostic> {
+pub fn converted(
+    column: &DataColumn,
+    declared: &DeclaredColumn<'_>,
+) -> Result<Vec<f64>, Diagnostic> {
     let Some(unit) = verify(column, declared)? else {
         return Ok(column.values.clone());
     };
@@ -242,7 +245,10 @@ pub fn converted(column: &Column, declared: &Declared<'_>) -> Result<Vec<f64>, D
 }
 
 /// The unit of a column that can be read as declared; `None` if both are plain numbers.
-fn verify<'c>(column: &'c Column, declared: &Declared<'_>) -> Result<Option<&'c Unit>, Diagnostic> {
+fn verify<'c>(
+    column: &'c DataColumn,
+    declared: &DeclaredColumn<'_>,
+) -> Result<Option<&'c Unit>, Diagnostic> {
     if let Some(fault) = &column.fault {
         return Err(fault.clone());
     }
@@ -253,7 +259,8 @@ fn verify<'c>(column: &'c Column, declared: &Declared<'_>) -> Result<Option<&'c 
                 "the column `{}` is in `{}`, which does not convert to `{}`",
                 column.name, unit.symbol, declared.unit.symbol
             );
-            let mut diagnostic = Diagnostic::new(Code::E604, column.place, message);
+            let mut diagnostic =
+                Diagnostic::new(Code::IncompatibleColumnUnit, column.place, message);
             if let Some(place) = declared.place {
                 let text = format!("declared in `{}`", declared.unit.symbol);
                 diagnostic = diagnostic.label(place, text);
@@ -264,12 +271,13 @@ fn verify<'c>(column: &'c Column, declared: &Declared<'_>) -> Result<Option<&'c 
         None if declared.unit.dimension == Dimension::ONE && declared.unit.factor == 1.0 => None,
         None => {
             let message = format!("the column `{}` has no unit", column.name);
-            return Err(Diagnostic::new(Code::E609, column.place, message)
+            return Err(Diagnostic::new(Code::MalformedHeader, column.place, message)
                 .help(format!("write `{} [{}]`", column.name, declared.unit.symbol)));
         }
     };
     if let Some(cells) = &column.not_numbers {
-        let diagnostic = cells.diagnostic(Code::E607, format!("`{}` is not a number", cells.text));
+        let diagnostic =
+            cells.diagnostic(Code::NotANumber, format!("`{}` is not a number", cells.text));
         let decimal_comma = cells.text.contains(',');
         return Err(
             diagnostic.maybe_help(decimal_comma.then(|| "write decimals with a point".to_owned()))

@@ -11,7 +11,7 @@ pub struct Sha256Digest([u8; 32]);
 
 impl Sha256Digest {
     /// The digest of these parts, one after the other.
-    pub fn of<T: AsRef<[u8]>>(parts: impl IntoIterator<Item = T>) -> Self {
+    pub fn from_parts<T: AsRef<[u8]>>(parts: impl IntoIterator<Item = T>) -> Self {
         let hasher = parts.into_iter().fold(Sha256::new(), Sha256::chain_update);
         Self::finished(hasher)
     }
@@ -26,7 +26,7 @@ impl Sha256Digest {
     ///
     /// Those of reading.
     pub fn read(input: impl Read) -> io::Result<Self> {
-        let mut input = Digested::new(input);
+        let mut input = DigestingReader::new(input);
         io::copy(&mut input, &mut io::sink())?;
         Ok(input.digest())
     }
@@ -46,14 +46,14 @@ impl fmt::Debug for Sha256Digest {
 }
 
 /// Digests bytes as they are read.
-pub(crate) struct Digested<R> {
+pub(crate) struct DigestingReader<R> {
     input: R,
     hasher: Sha256,
 }
 
-impl<R: Read> Digested<R> {
+impl<R: Read> DigestingReader<R> {
     pub(crate) fn new(input: R) -> Self {
-        Digested { input, hasher: Sha256::new() }
+        DigestingReader { input, hasher: Sha256::new() }
     }
 
     /// The digest of the bytes read so far.
@@ -62,7 +62,7 @@ impl<R: Read> Digested<R> {
     }
 }
 
-impl<R: Read> Read for Digested<R> {
+impl<R: Read> Read for DigestingReader<R> {
     fn read(&mut self, bytes: &mut [u8]) -> io::Result<usize> {
         let n = self.input.read(bytes)?;
         self.hasher.update(&bytes[..n]);
@@ -79,6 +79,6 @@ mod tests {
         // An example of FIPS 180-4.
         let text = "sha256:ba7816bf8f01cfea414140de5dae2223b00361a396177a9cb410ff61f20015ad";
         assert_eq!(Sha256Digest::read(b"abc".as_slice()).expect("readable").to_string(), text);
-        assert_eq!(Sha256Digest::of(["a", "bc"]).to_string(), text);
+        assert_eq!(Sha256Digest::from_parts(["a", "bc"]).to_string(), text);
     }
 }

@@ -1,44 +1,44 @@
 //! A growing recording: its rows one by one, as they arrive.
 //!
-//! The header is read as that of a file ([`read`](crate::read)), and a [`Table`] without rows describes the columns. A
+//! The header is read as that of a file ([`read`](crate::read)), and a [`DataTable`] without rows describes the columns. A
 //! row ends with its line, so that an unreadable one does not hide those after it.
 
 use std::fmt;
 use std::io::{self, BufRead, Cursor, Read};
 
-use dgd_compiler::diagnostics::{Diagnostics, Reported};
-use dgd_compiler::source::{Source, Sources};
+use dgd_compiler::diagnostics::{Diagnostics, ErrorReported};
+use dgd_compiler::source::{SourceMap, SourceText};
 use dgd_compiler::units::{Unit, convert};
 
 use crate::cell::number;
-use crate::csv::clock::{Clock, Epoch, TimeFault};
-use crate::csv::header::{Header, take_as_time};
-use crate::csv::kept::Kept;
-use crate::csv::records::Records;
+use crate::csv::clock::{Epoch, TimeColumnClock, TimeFault};
+use crate::csv::header::{CsvHeader, take_as_time};
+use crate::csv::kept::ShownText;
+use crate::csv::records::CsvRecords;
 use crate::csv::rename::Rename;
 use crate::csv::rows::counted;
-use crate::csv::time::Time;
+use crate::csv::time::TimeColumn;
 use crate::encoding::not_text;
 use crate::read::{decompressed, unreadable};
-use crate::select::Declared;
-use crate::table::{Column, Disorder, Order, Table};
+use crate::select::DeclaredColumn;
+use crate::table::{DataColumn, DataTable, DisorderPolicy, TimeDisorder};
 
 /// Rows as they arrive.
-pub struct Stream<'a> {
-    records: Records<Box<dyn BufRead + 'a>>,
+pub struct RowStream<'a> {
+    records: CsvRecords<Box<dyn BufRead + 'a>>,
     name: String,
     n_cells: usize,
     /// Factor from the header's unit to seconds, if there is a unit.
     factor: Option<f64>,
-    clock: Option<Clock>,
+    clock: Option<TimeColumnClock>,
     /// The last time, and the number of rows at it.
     last: Option<(f64, usize)>,
     /// The cells to read from each row.
-    cells: Vec<Option<Cell>>,
+    cells: Vec<Option<StreamColumn>>,
 }
 
 /// A column to read.
-struct Cell {
+struct StreamColumn {
     position: usize,
     name: String,
     unit: Option<Unit>,
@@ -63,7 +63,7 @@ impl fmt::Display for RowFault {
     }
 }
 
-impl<'a> Stream<'a> {
+impl<'a> RowStream<'a> {
     /// Reads down to the header; `name` is the stream's name in messages.
     ///
     /// # Errors
@@ -73,9 +73,9 @@ impl<'a> Stream<'a> {
         name: &str,
         renames: &[Rename],
         input: impl Read + 'a,
-        sources: &mut Sources,
+        sources: &mut SourceMap,
         diagnostics: &mut Diagnostics,
-    ) -> Result<(Self, Table), Reported> {
+    ) -> Result<(Self, DataTable), ErrorReported> {
         let read = decompressed(input).and_then(|mut input| {
             let head = head(&mut input)?;
             Ok((head, input))
@@ -97,16 +97,17 @@ impl<'a> Stream<'a> {
         let head = head.strip_prefix('\u{feff}').unwrap_or(&head).to_owned();
         let start = head[..head.trim_end().len()].rfind('\n').map_or(0, |at| at + 1);
         let lines = head[..start].matches('\n').count();
-        let mut line = Records::new(Cursor::new(head.as_bytes()[start..].to_vec()), start, lines);
+        let mut line =
+            CsvRecords::new(Cursor::new(head.as_bytes()[start..].to_vec()), start, lines);
         let mut header = match line.next() {
-            Ok(Some(record)) => Header::of(&record),
+            Ok(Some(record)) => CsvHeader::from_record(&record),
             Ok(None) | Err(_) => {
                 return Err(diagnostics.error(unreadable(name, &head, sources, "it is empty")));
             }
         };
         let (offset, lines) = (head.len(), head.matches('\n').count());
-        let source = sources.add(Source { name: name.to_owned(), text: head });
-        let kept = Kept { source, whole: true };
+        let source = sources.add(SourceText { name: name.to_owned(), text: head });
+        let kept = ShownText { source, whole: true };
         header.rename(renames, kept, sources, diagnostics)?;
         let mut columns = header.columns(kept, sources);
         let time_note = take_as_time(&mut columns);
@@ -115,9 +116,11 @@ impl<'a> Stream<'a> {
         let time = (columns[0].name == "time").then(|| columns.remove(0));
         let factor = match time {
             None => None,
-            Some(column) => Some(Time::of(column, Order::Required, diagnostics)?.factor()),
+            Some(column) => Some(
+                TimeColumn::from_header(column, DisorderPolicy::Required, diagnostics)?.factor(),
+            ),
         };
-        let table = Table {
+        let table = DataTable {
             digest: None,
             source,
             header: kept.span(&header.place),
@@ -125,31 +128,36 @@ impl<'a> Stream<'a> {
             time_note,
             epoch: None,
             columns,
-            disorder: Disorder::default(),
+            disorder: TimeDisorder::default(),
             replicates: Vec::new(),
             n_rows: 0,
         };
-        let records = Records::new(rest, offset, lines).in_lines();
+        let records = CsvRecords::new(rest, offset, lines).in_lines();
         let name = name.to_owned();
         let factor = factor.flatten();
         let (clock, last, cells) = (None, None, Vec::new());
-        Ok((Stream { records, name, n_cells, factor, clock, last, cells }, table))
+        Ok((RowStream { records, name, n_cells, factor, clock, last, cells }, table))
     }
 
     /// The timestamp of the first row, once read, if times are timestamps.
     pub fn epoch(&self) -> Option<Epoch> {
-        self.clock.as_ref().and_then(Clock::epoch)
+        self.clock.as_ref().and_then(TimeColumnClock::epoch)
     }
 
     /// Sets the columns to read from each row, in SI in the model's convention. [`select`](crate::select) has checked
     /// them with the table.
-    pub fn want(&mut self, table: &Table, declared: &[Declared<'_>]) {
-        let cell = |declared: &Declared<'_>| {
+    pub fn want(&mut self, table: &DataTable, declared: &[DeclaredColumn<'_>]) {
+        let cell = |declared: &DeclaredColumn<'_>| {
             let position = table.columns.iter().position(|column| column.name == declared.name)?;
-            let Column { name, unit, .. } = &table.columns[position];
+            let DataColumn { name, unit, .. } = &table.columns[position];
             let si = Unit { factor: 1.0, offset: 0.0, ..declared.unit.clone() };
             // The time comes first.
-            Some(Cell { position: position + 1, name: name.clone(), unit: unit.clone(), si })
+            Some(StreamColumn {
+                position: position + 1,
+                name: name.clone(),
+                unit: unit.clone(),
+                si,
+            })
         };
         self.cells = declared.iter().map(cell).collect();
     }
@@ -179,7 +187,7 @@ impl<'a> Stream<'a> {
         }
         let read = match clock {
             Some(clock) => clock.seconds(record.cell(0)),
-            None => Clock::start(record.cell(0), *factor).map(|started| {
+            None => TimeColumnClock::start(record.cell(0), *factor).map(|started| {
                 *clock = Some(started);
                 0.0
             }),
@@ -188,7 +196,7 @@ impl<'a> Stream<'a> {
             read.map_err(|what: TimeFault| fault(record.line, what.message(&record.text(0))))?;
         values.clear();
         for cell in cells {
-            let Some(Cell { position, name, unit, si }) = cell else {
+            let Some(StreamColumn { position, name, unit, si }) = cell else {
                 values.push(f64::NAN);
                 continue;
             };
@@ -244,9 +252,10 @@ mod tests {
     use super::*;
     use dgd_compiler::units::parse_unit;
 
-    fn open(text: &'static str) -> (Stream<'static>, Table) {
-        let (mut sources, mut diagnostics) = (Sources::default(), Diagnostics::default());
-        Stream::open("-", &[], text.as_bytes(), &mut sources, &mut diagnostics).expect("a header")
+    fn open(text: &'static str) -> (RowStream<'static>, DataTable) {
+        let (mut sources, mut diagnostics) = (SourceMap::default(), Diagnostics::default());
+        RowStream::open("-", &[], text.as_bytes(), &mut sources, &mut diagnostics)
+            .expect("a header")
     }
 
     #[test]
@@ -255,7 +264,7 @@ mod tests {
         let (mut stream, table) = open(text);
         assert!(table.is_empty() && table.time.is_some());
         let (pascal, flow) = (parse_unit("bar").expect("bar"), parse_unit("m^3/s").expect("flow"));
-        let declared = |name, unit| Declared { name, unit, place: None };
+        let declared = |name, unit| DeclaredColumn { name, unit, place: None };
         stream.want(&table, &[declared("q", &flow), declared("p", &pascal), declared("z", &flow)]);
         let mut values = Vec::new();
         assert_eq!(stream.next(&mut values).expect("a row"), Some(0.0));
@@ -285,7 +294,7 @@ mod tests {
     fn a_row_that_is_none_is_named() {
         let (mut stream, table) = open("time [s],q [lpm]\n0,1\n1,two\n");
         let flow = parse_unit("lpm").expect("a unit");
-        stream.want(&table, &[Declared { name: "q", unit: &flow, place: None }]);
+        stream.want(&table, &[DeclaredColumn { name: "q", unit: &flow, place: None }]);
         let mut values = Vec::new();
         stream.next(&mut values).expect("a row");
         let fault = stream.next(&mut values).expect_err("no number").to_string();

@@ -1,6 +1,6 @@
 //! A data file after reading: columns of numbers, and a report on cells that are not numbers.
 
-use dgd_compiler::diagnostics::{Code, Diagnostic, Diagnostics, Reported};
+use dgd_compiler::diagnostics::{Code, Diagnostic, Diagnostics, ErrorReported};
 use dgd_compiler::source::{SourceId, Span};
 use dgd_compiler::units::Unit;
 
@@ -9,9 +9,9 @@ use crate::sha256::Sha256Digest;
 
 /// A data file.
 ///
-/// Every column has [`Table::len`] values. Times never decrease.
+/// Every column has [`DataTable::len`] values. Times never decrease.
 #[derive(Debug, Clone)]
-pub struct Table {
+pub struct DataTable {
     /// The file, as far as it is kept for diagnostics: the whole of a short one, or the head of a long one.
     pub source: SourceId,
     /// Digest of the stored bytes, compressed or not; none for a file that is read row by row.
@@ -26,11 +26,11 @@ pub struct Table {
     /// The timestamp of the first sample, if times are timestamps.
     pub epoch: Option<Epoch>,
     /// Disorder of the times, if it was tolerated.
-    pub disorder: Disorder,
+    pub disorder: TimeDisorder,
     /// Third and further rows at the same time.
     pub replicates: Vec<Replicate>,
     /// The columns other than time, in the order of the file.
-    pub columns: Vec<Column>,
+    pub columns: Vec<DataColumn>,
     pub(crate) n_rows: usize,
 }
 
@@ -42,12 +42,12 @@ pub struct Replicate {
     /// The first row at its time.
     pub first: usize,
     /// The cell with the time.
-    pub time: Cells,
+    pub time: CellRange,
 }
 
 /// Disorder of times, in a file read with tolerance for it.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
-pub struct Disorder {
+pub struct TimeDisorder {
     /// The first time that comes after a later one, in words, and whether the later one is left out.
     pub backwards: Option<String>,
     /// The first time shared by more than two rows.
@@ -58,16 +58,16 @@ pub struct Disorder {
 
 /// Treatment of rows whose time runs backwards. As few as possible are left out.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum Order {
+pub(crate) enum DisorderPolicy {
     /// The file is refused.
     Required,
     /// They are left out and counted.
     Recorded,
 }
 
-/// A column of a [`Table`].
+/// A column of a [`DataTable`].
 #[derive(Debug, Clone)]
-pub struct Column {
+pub struct DataColumn {
     /// Name, without the unit.
     pub name: String,
     /// Unit of the values; `None` if the header has none, or an unknown one.
@@ -79,15 +79,15 @@ pub struct Column {
     /// The fault of the header cell.
     pub fault: Option<Diagnostic>,
     /// Cells of the file without a value, if any.
-    pub missing: Option<Cells>,
+    pub missing: Option<CellRange>,
     /// Cells of the file that are not numbers, if any; their values are NaN.
-    pub not_numbers: Option<Cells>,
+    pub not_numbers: Option<CellRange>,
 }
 
 /// Share of repeated rows above which a column counts as held.
 const HELD: f64 = 0.5;
 
-impl Column {
+impl DataColumn {
     /// Whether values are held from row to row, as for commands but not for measurements.
     pub fn is_held(&self) -> bool {
         let same = self.values.windows(2).filter(|pair| pair[0] == pair[1]).count();
@@ -97,9 +97,9 @@ impl Column {
 
 /// The first of some cells, and their number.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Cells {
+pub struct CellRange {
     /// Location of the first.
-    pub first: Location,
+    pub first: DataLocation,
     /// Its text.
     pub text: String,
     /// Their number.
@@ -108,7 +108,7 @@ pub struct Cells {
 
 /// A place in a data file.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Location {
+pub struct DataLocation {
     /// The span to point to: the place itself, or the header of its column.
     pub span: Span,
     /// The line, from 1, if its text is not kept.
@@ -120,7 +120,7 @@ pub struct Location {
 /// Characters of a cell quoted in a message.
 pub(crate) const SHOWN: usize = 40;
 
-impl Table {
+impl DataTable {
     /// Number of rows.
     pub fn len(&self) -> usize {
         self.n_rows
@@ -132,16 +132,16 @@ impl Table {
     }
 
     /// The column of this name.
-    pub fn column(&self, name: &str) -> Option<&Column> {
+    pub fn column(&self, name: &str) -> Option<&DataColumn> {
         self.columns.iter().find(|column| column.name == name)
     }
 
     /// Seconds since the first sample, for a table that must be a recording.
-    pub fn recording(&self, diagnostics: &mut Diagnostics) -> Result<&[f64], Reported> {
+    pub fn recording(&self, diagnostics: &mut Diagnostics) -> Result<&[f64], ErrorReported> {
         self.time.as_deref().ok_or_else(|| {
             let span = self.columns.first().map_or(self.header, |column| column.place);
             diagnostics.error(
-                Diagnostic::new(Code::E602, span, "the file has no time column")
+                Diagnostic::new(Code::NoTimeColumn, span, "the file has no time column")
                     .here("the first column")
                     .help("its first column should be `time [s]`, or `time` with ISO 8601 stamps"),
             )
@@ -149,23 +149,26 @@ impl Table {
     }
 }
 
-impl Cells {
+impl CellRange {
     /// A single cell, with a long text truncated.
-    pub(crate) fn one(first: Location, text: String) -> Cells {
+    pub(crate) fn one(first: DataLocation, text: String) -> CellRange {
         let text = match text.char_indices().nth(SHOWN) {
             Some((end, _)) => format!("{}…", &text[..end]),
             None => text,
         };
-        Cells { first, text, count: 1 }
+        CellRange { first, text, count: 1 }
     }
 
     /// Counts a cell; only the first is evaluated.
-    pub(crate) fn count(cells: &mut Option<Cells>, cell: impl FnOnce() -> (Location, String)) {
+    pub(crate) fn count(
+        cells: &mut Option<CellRange>,
+        cell: impl FnOnce() -> (DataLocation, String),
+    ) {
         if let Some(cells) = cells {
             cells.count += 1;
         } else {
             let (first, text) = cell();
-            *cells = Some(Cells::one(first, text));
+            *cells = Some(CellRange::one(first, text));
         }
     }
 
@@ -186,10 +189,10 @@ impl Cells {
     }
 }
 
-impl Location {
+impl DataLocation {
     /// A row, from 0, of the column with this header.
-    pub(crate) fn row(header: Span, row: usize) -> Location {
-        Location { span: header, line: None, row: Some(row) }
+    pub(crate) fn row(header: Span, row: usize) -> DataLocation {
+        DataLocation { span: header, line: None, row: Some(row) }
     }
 
     /// A diagnostic at this place.

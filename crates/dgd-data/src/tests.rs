@@ -2,37 +2,37 @@
 
 use std::io::Write as _;
 
-use dgd_compiler::diagnostics::render::{Style, entry, render};
-use dgd_compiler::diagnostics::{Code, Diagnostics, Reported};
-use dgd_compiler::source::Sources;
+use dgd_compiler::diagnostics::render::{RenderStyle, entry, render};
+use dgd_compiler::diagnostics::{Code, Diagnostics, ErrorReported};
+use dgd_compiler::source::SourceMap;
 use dgd_compiler::units::{Unit, parse_unit};
 
-use crate::read::Reading;
+use crate::read::ReadOptions;
 use crate::read::read_with;
-use crate::select::{Declared, inputs, measured, unknown, unknown_note};
-use crate::table::Order;
+use crate::select::{DeclaredColumn, inputs, measured, unknown, unknown_note};
+use crate::table::DisorderPolicy;
 use crate::write::HAS_PARQUET;
-use crate::{Rename, Table, read, read_from};
+use crate::{DataTable, Rename, read, read_from};
 
 /// Reads a text; also returns the mistakes as `code line:column message`.
-fn table(text: impl AsRef<[u8]>) -> (Option<Table>, Vec<String>) {
-    let (mut sources, mut diagnostics) = (Sources::default(), Diagnostics::default());
+fn table(text: impl AsRef<[u8]>) -> (Option<DataTable>, Vec<String>) {
+    let (mut sources, mut diagnostics) = (SourceMap::default(), Diagnostics::default());
     let table = read_from("a.csv", text.as_ref(), &mut sources, &mut diagnostics);
     assert_eq!(table.is_err(), diagnostics.check().is_err());
     (table.ok(), list(&diagnostics, &sources))
 }
 
-fn list(diagnostics: &Diagnostics, sources: &Sources) -> Vec<String> {
+fn list(diagnostics: &Diagnostics, sources: &SourceMap) -> Vec<String> {
     let sorted = diagnostics.sorted();
     // Every diagnostic can be drawn.
-    assert_eq!(render(&sorted, sources, Style::Plain).is_empty(), sorted.is_empty());
+    assert_eq!(render(&sorted, sources, RenderStyle::Plain).is_empty(), sorted.is_empty());
     let entries = sorted.iter().map(|diagnostic| entry(diagnostic, sources));
     entries
         .map(|e| format!("{} {}:{} {}", e.code, e.places[0].line, e.places[0].column, e.message))
         .collect()
 }
 
-fn good(text: impl AsRef<[u8]>) -> Table {
+fn good(text: impl AsRef<[u8]>) -> DataTable {
     let (table, errors) = table(text);
     table.unwrap_or_else(|| panic!("{errors:?}"))
 }
@@ -49,11 +49,11 @@ fn unit(text: &str) -> Unit {
 fn select<T>(
     text: &str,
     declared: &str,
-    with: impl FnOnce(&Table, &[Declared<'_>], &mut Diagnostics) -> Result<T, Reported>,
+    with: impl FnOnce(&DataTable, &[DeclaredColumn<'_>], &mut Diagnostics) -> Result<T, ErrorReported>,
 ) -> Result<T, Vec<String>> {
-    let (mut sources, mut diagnostics) = (Sources::default(), Diagnostics::default());
+    let (mut sources, mut diagnostics) = (SourceMap::default(), Diagnostics::default());
     let unit = unit(declared);
-    let declared = Declared { name: "x", unit: &unit, place: None };
+    let declared = DeclaredColumn { name: "x", unit: &unit, place: None };
     read_from("a.csv", text.as_bytes(), &mut sources, &mut diagnostics)
         .and_then(|table| with(&table, &[declared], &mut diagnostics))
         .map_err(|_| list(&diagnostics, &sources))
@@ -83,7 +83,7 @@ fn a_recording_is_columns_and_seconds() {
 
 #[test]
 fn a_table_without_time_has_independent_rows() {
-    let (mut sources, mut diagnostics) = (Sources::default(), Diagnostics::default());
+    let (mut sources, mut diagnostics) = (SourceMap::default(), Diagnostics::default());
     let text = b"x [m],y [m]\n3,1\n1,2\n1,3\n1,4\n";
     let table = read_from("a.csv", text.as_slice(), &mut sources, &mut diagnostics)
         .expect("rows may be in any order");
@@ -170,7 +170,7 @@ fn files_that_are_no_tables_are_refused() {
         assert!(refused[0].ends_with("it is Parquet, which this build does not read"));
     }
     assert!(errors(b"\x1f\x8b\x08\x00")[0].starts_with("E601"));
-    let (mut sources, mut diagnostics) = (Sources::default(), Diagnostics::default());
+    let (mut sources, mut diagnostics) = (SourceMap::default(), Diagnostics::default());
     for path in ["no/such/file.csv", "."] {
         assert!(read(path.as_ref(), &mut sources, &mut diagnostics).is_err());
     }
@@ -274,7 +274,7 @@ fn columns_nobody_asks_for_are_only_named() {
     let names: Vec<_> = unknown(&table, &known).iter().map(|column| &column.name).collect();
     assert_eq!(names, ["comment", "P_r", "depth"]);
     let note = unknown_note(&table, &known).expect("there are some");
-    assert_eq!(note.code, Code::E611);
+    assert_eq!(note.code, Code::UnknownColumn);
     assert_eq!(
         note.message,
         "the model does not know the columns `comment`, `P_r`, `depth`, which are not used"
@@ -286,13 +286,13 @@ fn columns_nobody_asks_for_are_only_named() {
 #[test]
 fn in_a_long_file_lines_are_told_in_words() {
     let text = "# long\ntime [s],x [m]\r\n0,1\r\n\r\n1,a\r\n0,b\r\n";
-    let (mut sources, mut diagnostics) = (Sources::default(), Diagnostics::default());
+    let (mut sources, mut diagnostics) = (SourceMap::default(), Diagnostics::default());
     // As if only this many bytes could be kept.
     let kept = "# long\ntime [s],x [m]\r\n0,1".len();
     let table = read_with(reading(kept), "a.csv", text.as_bytes(), &mut sources, &mut diagnostics);
     assert!(table.is_err());
     let [diagnostic] = diagnostics.sorted()[..] else { panic!("{diagnostics:?}") };
-    let drawn = render(&[diagnostic], &sources, Style::Plain);
+    let drawn = render(&[diagnostic], &sources, RenderStyle::Plain);
     assert!(drawn.contains("a.csv:2:1") && drawn.contains("line 6"), "{drawn}");
     assert!(drawn.contains("line 5: the row before"), "{drawn}");
     assert_eq!(sources.iter().next().map(|s| s.text.as_str()), Some("# long\ntime [s],x [m]"));
@@ -337,12 +337,12 @@ fn no_bytes_make_it_panic() {
         let text: Vec<u8> =
             (0..next(40)).flat_map(|_| pieces[next(pieces.len())]).copied().collect();
         let limit = next(2 * text.len() + 2);
-        let (mut sources, mut diagnostics) = (Sources::default(), Diagnostics::default());
+        let (mut sources, mut diagnostics) = (SourceMap::default(), Diagnostics::default());
         let read =
             read_with(reading(limit), "a.csv", text.as_slice(), &mut sources, &mut diagnostics);
         if let Ok(table) = &read {
             let unit = unit("m");
-            let declared = [Declared { name: "x", unit: &unit, place: None }];
+            let declared = [DeclaredColumn { name: "x", unit: &unit, place: None }];
             let _ = inputs(table, &declared, &mut diagnostics);
             let _ = measured(table, &declared, &mut diagnostics);
             let _ = table.recording(&mut diagnostics);
@@ -358,8 +358,8 @@ fn no_bytes_make_it_panic() {
     }
 }
 
-fn reading(kept: usize) -> Reading<'static> {
-    Reading { kept, order: Order::Required, renames: &[], wanted: None }
+fn reading(kept: usize) -> ReadOptions<'static> {
+    ReadOptions { kept, order: DisorderPolicy::Required, renames: &[], wanted: None }
 }
 
 #[test]
@@ -369,8 +369,8 @@ fn columns_take_other_names_and_units() {
         .map(|text| text.parse().expect("a new name"))
         .collect();
     let read = |text: &str, renames: &[Rename]| {
-        let (mut sources, mut diagnostics) = (Sources::default(), Diagnostics::default());
-        let reading = Reading { renames, ..reading(1000) };
+        let (mut sources, mut diagnostics) = (SourceMap::default(), Diagnostics::default());
+        let reading = ReadOptions { renames, ..reading(1000) };
         read_with(reading, "a.csv", text.as_bytes(), &mut sources, &mut diagnostics)
             .map_err(|_| diagnostics.sorted().iter().map(|d| d.message.clone()).collect::<Vec<_>>())
     };
@@ -390,8 +390,8 @@ fn columns_take_other_names_and_units() {
 #[test]
 fn rows_out_of_order_are_left_out_and_told_where_that_is_asked_for() {
     let text = "time [s],x [m]\n0,1\n0.8,2\n1,3\n1,4\n1,9\n0.5,9\n0.7,9\n2,5\n";
-    let (mut sources, mut diagnostics) = (Sources::default(), Diagnostics::default());
-    let reading = Reading { order: Order::Recorded, ..reading(1000) };
+    let (mut sources, mut diagnostics) = (SourceMap::default(), Diagnostics::default());
+    let reading = ReadOptions { order: DisorderPolicy::Recorded, ..reading(1000) };
     let table = read_with(reading, "a.csv", text.as_bytes(), &mut sources, &mut diagnostics)
         .expect("a recording");
     assert_eq!(table.time, Some(vec![0.0, 0.8, 1.0, 1.0, 2.0]));
@@ -408,8 +408,8 @@ fn as_few_rows_are_left_out_as_it_takes() {
         let rows: Vec<String> =
             times.iter().enumerate().map(|(k, time)| format!("{time},{k}\n")).collect();
         let text = format!("time [s],x [m]\n{}", rows.concat());
-        let (mut sources, mut diagnostics) = (Sources::default(), Diagnostics::default());
-        let reading = Reading { order: Order::Recorded, ..reading(1000) };
+        let (mut sources, mut diagnostics) = (SourceMap::default(), Diagnostics::default());
+        let reading = ReadOptions { order: DisorderPolicy::Recorded, ..reading(1000) };
         let table = read_with(reading, "a.csv", text.as_bytes(), &mut sources, &mut diagnostics)
             .expect("a recording");
         assert_eq!(table.time.as_ref().map(Vec::len), Some(table.len()));
@@ -443,11 +443,11 @@ fn as_few_rows_are_left_out_as_it_takes() {
 fn new_names_are_read_as_carefully_as_headers() {
     let read = |text: &str, rename: &str| {
         let renames = [rename.parse::<Rename>().expect("a new name")];
-        let (mut sources, mut diagnostics) = (Sources::default(), Diagnostics::default());
-        let reading = Reading { renames: &renames, ..reading(1000) };
+        let (mut sources, mut diagnostics) = (SourceMap::default(), Diagnostics::default());
+        let reading = ReadOptions { renames: &renames, ..reading(1000) };
         let table = read_with(reading, "a.csv", text.as_bytes(), &mut sources, &mut diagnostics);
         let sorted = diagnostics.sorted();
-        assert_eq!(table.is_err(), !render(&sorted, &sources, Style::Plain).is_empty());
+        assert_eq!(table.is_err(), !render(&sorted, &sources, RenderStyle::Plain).is_empty());
         let entries = sorted.iter().map(|diagnostic| entry(diagnostic, &sources));
         let list: Vec<String> = entries
             .map(|e| format!("{}:{} {}", e.places[0].file, e.places[0].column, e.message))
@@ -482,9 +482,10 @@ fn new_names_are_read_as_carefully_as_headers() {
 #[test]
 fn a_bad_new_name_is_one_mistake_for_all_files() {
     let renames = ["P=p_in [bar".parse::<Rename>().expect("a new name")];
-    let (mut sources, mut diagnostics) = (Sources::default(), Diagnostics::default());
+    let (mut sources, mut diagnostics) = (SourceMap::default(), Diagnostics::default());
     for name in ["a.csv", "b.csv"] {
-        let (reading, text) = (Reading { renames: &renames, ..reading(1000) }, "time [s],P\n0,1\n");
+        let (reading, text) =
+            (ReadOptions { renames: &renames, ..reading(1000) }, "time [s],P\n0,1\n");
         assert!(read_with(reading, name, text.as_bytes(), &mut sources, &mut diagnostics).is_err());
     }
     assert_eq!(diagnostics.sorted().len(), 1);
@@ -494,7 +495,7 @@ fn a_bad_new_name_is_one_mistake_for_all_files() {
 fn a_text_that_begins_as_a_parquet_file_is_a_text() {
     let text = format!("PAR1 [bar],x [m]\n{}", "1,2\n".repeat(1000));
     for kept in [100, 100_000] {
-        let (mut sources, mut diagnostics) = (Sources::default(), Diagnostics::default());
+        let (mut sources, mut diagnostics) = (SourceMap::default(), Diagnostics::default());
         let read =
             read_with(reading(kept), "a.csv", text.as_bytes(), &mut sources, &mut diagnostics);
         let table = read.expect("a table");

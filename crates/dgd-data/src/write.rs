@@ -22,7 +22,7 @@ use crate::parquet::ParquetWriter;
 
 /// A column to write.
 #[derive(Debug, Clone, Copy)]
-pub struct Written<'a> {
+pub struct OutputColumn<'a> {
     /// Its name.
     pub name: &'a str,
     /// The unit it is written in.
@@ -33,7 +33,7 @@ pub struct Written<'a> {
     pub epoch: Option<Epoch>,
 }
 
-impl<'a> Written<'a> {
+impl<'a> OutputColumn<'a> {
     /// A column of numbers.
     pub fn new(name: &'a str, unit: &'a Unit, values: &'a [f64]) -> Self {
         Self { name, unit, values, epoch: None }
@@ -48,10 +48,10 @@ impl<'a> Written<'a> {
 pub fn write_table(
     out: &mut (impl Write + ?Sized),
     time: Option<&[f64]>,
-    columns: &[Written<'_>],
+    columns: &[OutputColumn<'_>],
 ) -> io::Result<()> {
     let seconds = Unit { symbol: "s".into(), factor: 1.0, offset: 0.0 };
-    let time = time.map(|values| Written::new("time", &seconds, values));
+    let time = time.map(|values| OutputColumn::new("time", &seconds, values));
     let columns: Vec<_> = time.into_iter().chain(columns.iter().copied()).collect();
     verify_lengths(&columns);
     write_header(out, &columns)?;
@@ -67,18 +67,21 @@ pub fn write_table_at(
     out: &mut (impl Write + ?Sized),
     times: &[f64],
     epoch: Option<Epoch>,
-    columns: &[Written<'_>],
+    columns: &[OutputColumn<'_>],
 ) -> io::Result<()> {
     let seconds = Unit { symbol: "s".into(), factor: 1.0, offset: 0.0 };
     let is_stamp = |epoch: &Epoch| times.iter().all(|time| epoch.stamp(*time).is_some());
-    let time = Written { epoch: epoch.filter(is_stamp), ..Written::new("time", &seconds, times) };
+    let time = OutputColumn {
+        epoch: epoch.filter(is_stamp),
+        ..OutputColumn::new("time", &seconds, times)
+    };
     let columns: Vec<_> = [time].into_iter().chain(columns.iter().copied()).collect();
     verify_lengths(&columns);
     write_header(out, &columns)?;
     write_rows(out, &columns)
 }
 
-fn verify_lengths(columns: &[Written<'_>]) {
+fn verify_lengths(columns: &[OutputColumn<'_>]) {
     let n_rows = columns.first().map_or(0, |column| column.values.len());
     assert!(
         columns.iter().all(|column| column.values.len() == n_rows),
@@ -86,7 +89,7 @@ fn verify_lengths(columns: &[Written<'_>]) {
     );
 }
 
-fn push_cell(line: &mut String, column: &Written<'_>, row: usize) {
+fn push_cell(line: &mut String, column: &OutputColumn<'_>, row: usize) {
     let value = column.values[row];
     match column.epoch {
         Some(epoch) => line.push_str(&epoch.stamp(value).unwrap_or_default()),
@@ -96,8 +99,11 @@ fn push_cell(line: &mut String, column: &Written<'_>, row: usize) {
 }
 
 /// Writes the header line of these columns.
-pub fn write_header(out: &mut (impl Write + ?Sized), columns: &[Written<'_>]) -> io::Result<()> {
-    let header = |column: &Written<'_>| match column.epoch {
+pub fn write_header(
+    out: &mut (impl Write + ?Sized),
+    columns: &[OutputColumn<'_>],
+) -> io::Result<()> {
+    let header = |column: &OutputColumn<'_>| match column.epoch {
         // Timestamps have no unit.
         Some(_) => quoted(column.name),
         None => quoted(&format!("{} [{}]", column.name, column.unit.symbol)),
@@ -111,7 +117,7 @@ pub fn write_header(out: &mut (impl Write + ?Sized), columns: &[Written<'_>]) ->
 /// # Panics
 ///
 /// If a column is shorter than the first.
-pub fn write_rows(out: &mut (impl Write + ?Sized), columns: &[Written<'_>]) -> io::Result<()> {
+pub fn write_rows(out: &mut (impl Write + ?Sized), columns: &[OutputColumn<'_>]) -> io::Result<()> {
     let n_rows = columns.first().map_or(0, |column| column.values.len());
     let mut line = String::new();
     for row in 0..n_rows {
@@ -140,7 +146,7 @@ pub fn write_rows(out: &mut (impl Write + ?Sized), columns: &[Written<'_>]) -> i
 pub fn save_table(
     path: &Path,
     time: Option<&[f64]>,
-    columns: &[Written<'_>],
+    columns: &[OutputColumn<'_>],
 ) -> Result<(), WriteError> {
     save(path, |out| write_table(out, time, columns))
 }
@@ -231,12 +237,12 @@ fn rounded(value: f64, digits: usize, space: &mut String) -> f64 {
 #[cfg(test)]
 mod tests {
     use dgd_compiler::diagnostics::Diagnostics;
-    use dgd_compiler::source::Sources;
+    use dgd_compiler::source::SourceMap;
     use dgd_compiler::units::parse_unit;
 
     use super::*;
-    use crate::select::{Declared, inputs};
-    use crate::{Table, read};
+    use crate::select::{DeclaredColumn, inputs};
+    use crate::{DataTable, read};
 
     /// A unit in the types of the compiler and of a compiled model.
     fn units(symbol: &str) -> (dgd_compiler::units::Unit, Unit) {
@@ -311,7 +317,7 @@ mod tests {
             .iter()
             .zip(&units)
             .zip(&names)
-            .map(|((values, (_, unit)), name)| Written::new(name, unit, values))
+            .map(|((values, (_, unit)), name)| OutputColumn::new(name, unit, values))
             .collect();
 
         let folder = tempfile::tempdir().expect("a folder for the test");
@@ -322,13 +328,13 @@ mod tests {
             let saved =
                 if file == "a.parquet" { save_parquet(&path, rows) } else { save(&path, rows) };
             saved.expect("the folder is writable");
-            let (mut sources, mut diagnostics) = (Sources::default(), Diagnostics::default());
-            let table: Table = read(&path, &mut sources, &mut diagnostics).expect("a table");
+            let (mut sources, mut diagnostics) = (SourceMap::default(), Diagnostics::default());
+            let table: DataTable = read(&path, &mut sources, &mut diagnostics).expect("a table");
             assert_eq!(table.time.as_ref(), Some(&time));
             let declared: Vec<_> = units
                 .iter()
                 .zip(&names)
-                .map(|((unit, _), name)| Declared { name, unit, place: None })
+                .map(|((unit, _), name)| DeclaredColumn { name, unit, place: None })
                 .collect();
             let read = inputs(&table, &declared, &mut diagnostics).expect("all are there");
             for ((read, values), (unit, _)) in read.iter().zip(&values).zip(&units) {
@@ -346,7 +352,7 @@ mod tests {
     fn missing_values_are_empty_cells() {
         let (_, unit) = units("m");
         let values = [1.0, f64::NAN];
-        let column = Written::new("h", &unit, &values);
+        let column = OutputColumn::new("h", &unit, &values);
         let mut out = Vec::new();
         write_table(&mut out, Some(&[0.0, 1.0]), &[column, column]).expect("to memory");
         assert_eq!(String::from_utf8_lossy(&out), "time [s],h [m],h [m]\n0,1,1\n1,,\n");

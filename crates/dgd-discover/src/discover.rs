@@ -17,28 +17,32 @@ use dgd_identify::journal::Digest;
 use dgd_runtime::Options;
 use dgd_runtime::parallel::in_parallel;
 
-use crate::conditions::{Circumstances, Regime};
+use crate::conditions::{Circumstances, ConditionRegime};
 use crate::fit::{
-    Budget, Data, Fitted, Methods, NoFit, WorkJournal, methods_for_ranking, most_steps,
-    noise_levels, options_for_ranking, period, ranges, stepping_alike,
+    FittedStructure, NoFit, SearchBudget, SearchData, StructureMethods, WorkJournal,
+    methods_for_ranking, most_steps, noise_levels, options_for_ranking, period, ranges,
+    stepping_alike,
 };
-use crate::guess::Guessing;
-use crate::law::{Answer, Inserted, Law, Laws, Looked, Named};
+use crate::guess::GuessData;
+use crate::law::{
+    AnsweringLaw, FittedTerms, LawAnswer, LawSearch, LawSearchResult, NamedTemplates,
+};
 use crate::library::{
-    Adapted, BaseModel, Candidate, Measure, Refused, Scales, StructureId, Values, adapted,
-    candidates, generic, unbound,
+    AdaptedTemplate, BaseModel, CarriedValues, EffectCandidate, OutputScales, StructureError,
+    StructureId, TemplateScales, adapted, candidates, generic, unbound,
 };
-use crate::missing_input::{Missing, missing_inputs};
+use crate::missing_input::{MissingInputs, missing_inputs};
 use crate::noise::{noise_of, readings, without_lonely, without_spikes};
-use crate::plain::{self, Causes, Plain};
+use crate::plain::{self, AnsweringCauses, PlainSearch};
 use crate::report::{
-    Discovery, Found, FoundEffect, ModelSpread, Ranked, Unexplained, corrected, described,
-    found_law, found_regime, gap, given_up, left_over, not_tried, parameters, plain_causes, power,
-    ranking_of, reason, reason_of_law, rival_laws, screened, traces,
+    Discovery, EffectReport, FoundEffect, ModelSpread, RankedStructure, UnexplainedError,
+    corrected, described, found_law, found_regime, gap, given_up, left_over, not_tried, parameters,
+    plain_causes, power, ranking_of, reason, reason_of_law, rival_laws, screened, traces,
 };
-use crate::request::{DiscoverError, Request};
+use crate::request::{DiscoverError, DiscoveryOptions};
 use crate::search::{
-    Alternative, Evidence, Open, Outcome, Screen, Search, Verdict, p_value_of_the_base,
+    Alternative, EffectSearch, Evidence, JudgedOutcome, OpenCandidates, Screen, Verdict,
+    p_value_of_the_base,
 };
 use crate::unexplained::WithoutName;
 
@@ -51,7 +55,7 @@ const LAST_EVALUATIONS: usize = 60;
 ///
 /// [`DiscoverError`]: the model cannot be fitted at all. All other failures are reported in the result.
 pub fn discover(
-    request: &Request<'_>,
+    request: &DiscoveryOptions<'_>,
     diagnostics: &mut Diagnostics,
 ) -> Result<Discovery, DiscoverError> {
     discovered(request, None, diagnostics)
@@ -60,13 +64,13 @@ pub fn discover(
 /// [`discover`] with given noise levels of each output in each recording, relative to their mean; `None` estimates
 /// them.
 fn discovered(
-    request: &Request<'_>,
+    request: &DiscoveryOptions<'_>,
     levels: Option<&[Vec<f64>]>,
     diagnostics: &mut Diagnostics,
 ) -> Result<Discovery, DiscoverError> {
     let unscaled = request;
     let [train, valid] = [request.train.0, request.valid.0];
-    let scales = Scales::new(request.base, train, valid, levels);
+    let scales = OutputScales::new(request.base, train, valid, levels);
     let scales = scales.map_err(DiscoverError::BaseModel)?;
     let uneven = scales.uneven();
     let fix = [request.base.fix.as_slice(), &scales.of_noise].concat();
@@ -74,7 +78,7 @@ fn discovered(
     let scaled = base.scales.recordings(train, valid);
     let scaled = scaled.map_err(|error| DiscoverError::BaseModel(error.to_string()))?;
     let [train, valid] = scaled.as_ref().map_or([train, valid], |[train, valid]| [train, valid]);
-    let request = &Request {
+    let request = &DiscoveryOptions {
         base,
         train: (train, request.train.1),
         valid: (valid, request.valid.1),
@@ -84,13 +88,16 @@ fn discovered(
     let (train, of_train) = without_spikes(request.train.0);
     let (valid, of_valid) = without_spikes(request.valid.0);
     let mut lonely = sums(&[of_train, of_valid]);
-    let mut cleaned =
-        Request { train: (&train, request.train.1), valid: (&valid, request.valid.1), ..*request };
+    let mut cleaned = DiscoveryOptions {
+        train: (&train, request.train.1),
+        valid: (&valid, request.valid.1),
+        ..*request
+    };
     let mut prepared = prepare(&cleaned, diagnostics)?;
     let (train, valid, more) = without_what_stands_alone(&prepared);
     if more.iter().any(|number| *number > 0) {
         lonely = sums(&[lonely, more]);
-        cleaned = Request {
+        cleaned = DiscoveryOptions {
             train: (&train, request.train.1),
             valid: (&valid, request.valid.1),
             ..*request
@@ -113,9 +120,9 @@ fn discovered(
 /// The recordings without isolated spikes in the residuals of the base model, and the number of readings that each
 /// output has lost.
 fn without_what_stands_alone(
-    prepared: &Prepared<'_>,
+    prepared: &SearchInput<'_>,
 ) -> (Vec<Recording>, Vec<Recording>, Vec<usize>) {
-    let Prepared { fitted, data, .. } = prepared;
+    let SearchInput { fitted, data, .. } = prepared;
     let (train, of_train) = without_lonely(data.train, &fitted.residuals(data), &data.noise);
     let held_out = fitted.all_held_out_residuals(data).unwrap_or_default();
     let (valid, of_valid) = without_lonely(data.valid, &held_out, &data.noise);
@@ -129,24 +136,24 @@ fn sums(all: &[Vec<usize>]) -> Vec<usize> {
 }
 
 /// The input of a search.
-struct Prepared<'a> {
-    request: &'a Request<'a>,
+struct SearchInput<'a> {
+    request: &'a DiscoveryOptions<'a>,
     model: Model,
     /// Candidates of the library.
-    of_library: Vec<Candidate<'a>>,
+    of_library: Vec<EffectCandidate<'a>>,
     /// Effects of the library that cannot be tried, with the reasons.
     left_out: Vec<(String, String)>,
     /// Templates scaled to the recordings.
-    templates: Vec<Adapted>,
+    templates: Vec<AdaptedTemplate>,
     /// The base model.
-    fitted: Fitted,
+    fitted: FittedStructure,
     /// The recordings with their noise, and tolerances that are fine enough to rank structures.
-    data: Data<'a>,
+    data: SearchData<'a>,
 }
 
-impl Prepared<'_> {
+impl SearchInput<'_> {
     /// Candidates of the library, then templates.
-    fn candidates(&self) -> Vec<Candidate<'_>> {
+    fn candidates(&self) -> Vec<EffectCandidate<'_>> {
         let mut candidates = self.of_library.clone();
         candidates.extend(generic(&self.templates, &self.request.base.asts));
         candidates
@@ -160,19 +167,19 @@ impl Prepared<'_> {
 }
 
 /// The result of a search.
-struct Searched<'a> {
-    search: Search<'a>,
-    outcome: Outcome,
+struct SearchResult<'a> {
+    search: EffectSearch<'a>,
+    outcome: JudgedOutcome,
     /// A law, if no effect explains the recordings.
-    law: Option<Box<Law>>,
+    law: Option<Box<AnsweringLaw>>,
     /// Laws in different equations that explain the recordings equally well …
-    rivals: Vec<Inserted>,
+    rivals: Vec<FittedTerms>,
     /// … and the effects that do so too, and are therefore not named; the base model if there are none.
     doubted: StructureId,
     /// Equations that lack something together.
     lacking: Vec<String>,
     /// Plain causes, if they explain the recordings and come before effects and laws.
-    plain: Option<Box<Causes>>,
+    plain: Option<Box<AnsweringCauses>>,
     /// Plain causes that explain the recordings as well as a named effect of the library.
     beside: Vec<Alternative>,
     /// Evidence for each effect of the named structure.
@@ -184,30 +191,30 @@ struct Searched<'a> {
 }
 
 /// The base model and the corrected one, as reported.
-struct Refined<'a> {
-    data: Data<'a>,
-    before: Fitted,
-    after: Fitted,
+struct RefinedModels<'a> {
+    data: SearchData<'a>,
+    before: FittedStructure,
+    after: FittedStructure,
     /// Uncertainty of the estimates of both because of remaining model error.
     model_spreads: [ModelSpread; 2],
 }
 
 /// The effects found, and where the rest is missing.
-struct Explained {
+struct ExplainedEffects {
     circumstances: Circumstances,
-    missing: Missing,
+    missing: MissingInputs,
     effects: Vec<FoundEffect>,
-    unexplained: Vec<Unexplained>,
+    unexplained: Vec<UnexplainedError>,
     /// A base model that explains the recordings except while a condition holds.
-    regime: Option<Regime>,
+    regime: Option<ConditionRegime>,
 }
 
 /// Fits the base model, and lists the candidates.
 fn prepare<'a>(
-    request: &'a Request<'a>,
+    request: &'a DiscoveryOptions<'a>,
     diagnostics: &mut Diagnostics,
-) -> Result<Prepared<'a>, DiscoverError> {
-    let Request { base, library, .. } = *request;
+) -> Result<SearchInput<'a>, DiscoverError> {
+    let DiscoveryOptions { base, library, .. } = *request;
     let train = request.train.0;
     if train.is_empty() {
         return Err(DiscoverError::NoRecording);
@@ -223,13 +230,15 @@ fn prepare<'a>(
         refusal.is_none()
     });
     let (fitted, data) = fit_base(request)?;
-    let measure = Measure { ranges: ranges(&fitted, &data), period: period(&fitted, &data) };
+    let measure = TemplateScales { ranges: ranges(&fitted, &data), period: period(&fitted, &data) };
     let templates = adapted(request.templates, &model, train, &measure);
-    Ok(Prepared { request, model, of_library, left_out, templates, fitted, data })
+    Ok(SearchInput { request, model, of_library, left_out, templates, fitted, data })
 }
 
 /// The fitted base model, and the recordings with the noise estimated from its residuals.
-fn fit_base<'a>(request: &'a Request<'a>) -> Result<(Fitted, Data<'a>), DiscoverError> {
+fn fit_base<'a>(
+    request: &'a DiscoveryOptions<'a>,
+) -> Result<(FittedStructure, SearchData<'a>), DiscoverError> {
     let (train, valid) = (request.train.0, request.valid.0);
     let noise = noise_of(train, &readings(train));
     if noise.iter().all(Option::is_none) {
@@ -240,10 +249,10 @@ fn fit_base<'a>(request: &'a Request<'a>) -> Result<(Fitted, Data<'a>), Discover
     let digest = if is_kept { request.digest() } else { Digest::EMPTY };
     let keeping = WorkJournal { journal: request.journal, watch: request.watch, request: digest };
     let (counts_from, own_weights) = (Vec::new(), false);
-    let budget = Budget::new(request.budget);
+    let budget = SearchBudget::new(request.budget);
     let explicit = None;
     let scales = &request.base.scales;
-    let mut data = Data {
+    let mut data = SearchData {
         train,
         valid,
         noise,
@@ -255,59 +264,66 @@ fn fit_base<'a>(request: &'a Request<'a>) -> Result<(Fitted, Data<'a>), Discover
         budget,
         keeping,
     };
-    let refused = |refused: Refused| DiscoverError::BaseModel(refused.0);
+    let refused = |refused: StructureError| DiscoverError::BaseModel(refused.0);
     if !request.is_method_named {
-        let Methods { general, explicit } =
+        let StructureMethods { general, explicit } =
             methods_for_ranking(request.base, &data).map_err(refused)?;
         data.options.method = general;
         data.explicit = explicit;
     }
     data.options.max_steps = most_steps(request.base, &data).map_err(refused)?;
-    let mut search = Search::new(request.base, &[], data, request.threads, request.seed);
-    search.fit_base(&Values::default()).map_err(not_fitted)?;
+    let mut search = EffectSearch::new(request.base, &[], data, request.threads, request.seed);
+    search.fit_base(&CarriedValues::default()).map_err(not_fitted)?;
     let fitted = search.tried.remove(&StructureId::BASE);
     let fitted = fitted.unwrap_or_else(|| Err(NoFit("it was never fitted".to_owned())));
     Ok((fitted.map_err(not_fitted)?, search.data))
 }
 
 /// Searches for effects that the base model lacks, with the evidence for them.
-fn search<'a>(prepared: &'a Prepared<'a>, candidates: &'a [Candidate<'a>]) -> Searched<'a> {
-    let Request { base, threads, seed, .. } = *prepared.request;
+fn search<'a>(
+    prepared: &'a SearchInput<'a>,
+    candidates: &'a [EffectCandidate<'a>],
+) -> SearchResult<'a> {
+    let DiscoveryOptions { base, threads, seed, .. } = *prepared.request;
     let tried = BTreeMap::from([(StructureId::BASE, Ok(prepared.fitted.clone()))]);
-    let search = Search::new(base, candidates, prepared.data.clone(), threads, seed);
-    let mut search = Search { tried, ..search };
+    let search = EffectSearch::new(base, candidates, prepared.data.clone(), threads, seed);
+    let mut search = EffectSearch { tried, ..search };
     let outcome = search.run();
     let (plain, beside) = plain_causes_of(prepared, &search, outcome);
     let is_plain = plain.as_ref().is_some_and(|plain| plain.is_white && !plain.are_of_recordings());
-    let Looked { answer, lacking } =
-        if is_plain { Looked::NOTHING } else { law(prepared, &search, outcome) };
-    let (cost, is_law) = (answer.cost(), matches!(answer, Answer::Law(_)));
-    let holds = |plain: &Causes| {
+    let LawSearchResult { answer, lacking } =
+        if is_plain { LawSearchResult::NOTHING } else { law(prepared, &search, outcome) };
+    let (cost, is_law) = (answer.cost(), matches!(answer, LawAnswer::Law(_)));
+    let holds = |plain: &AnsweringCauses| {
         let is_asked = is_law || plain.are_of_recordings();
         cost.filter(|_| is_asked).is_none_or(|cost| plain.holds_against(cost))
     };
     let plain = plain.filter(|plain| holds(plain));
     let doubted = match answer {
-        Answer::Doubt(_) if plain.is_none() => outcome.structure(),
+        LawAnswer::Doubt(_) if plain.is_none() => outcome.structure(),
         _ => StructureId::BASE,
     };
     let (law, rivals, outcome) = match answer {
-        Answer::Nothing => (None, Vec::new(), outcome),
-        Answer::Doubt(rivals) => (None, rivals, Outcome::Unexplained),
-        Answer::Law(law) => (Some(law), Vec::new(), Outcome::Unexplained),
+        LawAnswer::Nothing => (None, Vec::new(), outcome),
+        LawAnswer::Doubt(rivals) => (None, rivals, JudgedOutcome::Unexplained),
+        LawAnswer::Law(law) => (Some(law), Vec::new(), JudgedOutcome::Unexplained),
     };
     let law = law.filter(|_| plain.is_none());
     let rivals = if plain.is_some() { Vec::new() } else { rivals };
-    let outcome = if plain.is_some() { Outcome::Unexplained } else { outcome };
-    let first = if prepared.of_library.is_empty() { Open::Templates } else { Open::Library };
+    let outcome = if plain.is_some() { JudgedOutcome::Unexplained } else { outcome };
+    let first = if prepared.of_library.is_empty() {
+        OpenCandidates::Templates
+    } else {
+        OpenCandidates::Library
+    };
     let mut screens = vec![search.screen_of_the_base(first)];
     let is_sufficient = outcome.verdict() == Verdict::Sufficient;
     let p_value = p_value_of_the_base(&screens[0].trials, seed, is_sufficient);
-    if first == Open::Library && search.open == Open::All {
-        screens.push(search.screen_of_the_base(Open::Templates));
+    if first == OpenCandidates::Library && search.open == OpenCandidates::All {
+        screens.push(search.screen_of_the_base(OpenCandidates::Templates));
     }
     let evidence = search.evidence(outcome.structure());
-    Searched {
+    SearchResult {
         search,
         outcome,
         law,
@@ -324,67 +340,71 @@ fn search<'a>(prepared: &'a Prepared<'a>, candidates: &'a [Candidate<'a>]) -> Se
 
 /// Plain causes, if they come first, or those as good as an effect of the library.
 fn plain_causes_of(
-    prepared: &Prepared<'_>,
-    search: &Search<'_>,
-    outcome: Outcome,
-) -> (Option<Box<Causes>>, Vec<Alternative>) {
-    if outcome == Outcome::Sufficient || search.data.is_over() {
+    prepared: &SearchInput<'_>,
+    search: &EffectSearch<'_>,
+    outcome: JudgedOutcome,
+) -> (Option<Box<AnsweringCauses>>, Vec<Alternative>) {
+    if outcome == JudgedOutcome::Sufficient || search.data.is_over() {
         return (None, Vec::new());
     }
-    let Prepared { request, model, .. } = prepared;
-    let Request { base, threads, train: (_, train), valid: (_, valid), .. } = **request;
+    let SearchInput { request, model, .. } = prepared;
+    let DiscoveryOptions { base, threads, train: (_, train), valid: (_, valid), .. } = **request;
     // With the noise that the search has found.
     let fitted = search.fitted(StructureId::BASE).unwrap_or(&prepared.fitted);
     let names = [train, valid];
-    let plain = Plain { base, model, fitted, names, data: &search.data, threads };
+    let plain = PlainSearch { base, model, fitted, names, data: &search.data, threads };
     match plain.answer(search, outcome) {
-        plain::Answer::Nothing => (None, Vec::new()),
-        plain::Answer::Beside(all) => (None, all),
-        plain::Answer::First(causes) => (Some(causes), Vec::new()),
+        plain::PlainAnswer::Nothing => (None, Vec::new()),
+        plain::PlainAnswer::Beside(all) => (None, all),
+        plain::PlainAnswer::First(causes) => (Some(causes), Vec::new()),
     }
 }
 
 /// Looks for a law if no effect of the library explains the recordings. It has to explain them better than templates
 /// do.
-fn law(prepared: &Prepared<'_>, search: &Search<'_>, outcome: Outcome) -> Looked {
-    let Prepared { request, model, fitted, .. } = prepared;
-    let Request { base, sources, threads, .. } = **request;
+fn law(
+    prepared: &SearchInput<'_>,
+    search: &EffectSearch<'_>,
+    outcome: JudgedOutcome,
+) -> LawSearchResult {
+    let SearchInput { request, model, fitted, .. } = prepared;
+    let DiscoveryOptions { base, sources, threads, .. } = **request;
     let named = outcome.structure();
     let mut effects = named.effects().map(|effect| &search.candidates[effect]);
     let is_generic = effects.clone().all(|effect| effect.is_generic);
-    if outcome == Outcome::Sufficient || !is_generic || search.data.is_over() {
-        return Looked::NOTHING;
+    if outcome == JudgedOutcome::Sufficient || !is_generic || search.data.is_over() {
+        return LawSearchResult::NOTHING;
     }
     // A law has to be better than templates only if they leave no more than noise.
-    let explains = |fitted: &&Fitted| !named.is_base() && search.leaves_nothing(fitted);
+    let explains = |fitted: &&FittedStructure| !named.is_base() && search.leaves_nothing(fitted);
     let is_noise = search.is_noise(named);
-    let named = search.fitted(named).filter(explains).map(|fitted| Named {
+    let named = search.fitted(named).filter(explains).map(|fitted| NamedTemplates {
         fitted,
         is_noise,
-        targets: effects.clone().map(Candidate::target).collect(),
+        targets: effects.clone().map(EffectCandidate::target).collect(),
         effects: effects.clone().count(),
         are_sensors: effects.all(|effect| effect.kind() == "sensor"),
     });
     let data = &search.data;
-    Laws { base, sources, model, fitted, data, threads }.search(search, named.as_ref())
+    LawSearch { base, sources, model, fitted, data, threads }.search(search, named.as_ref())
 }
 
 /// Fits the base model and the structure found to the end.
 fn refine<'a>(
-    prepared: &'a Prepared<'a>,
-    searched: &Searched<'a>,
-) -> Result<Refined<'a>, DiscoverError> {
-    let Searched { search, outcome, law, plain, .. } = searched;
-    let data = Data { options: prepared.options(), explicit: None, ..search.data.clone() };
+    prepared: &'a SearchInput<'a>,
+    searched: &SearchResult<'a>,
+) -> Result<RefinedModels<'a>, DiscoverError> {
+    let SearchResult { search, outcome, law, plain, .. } = searched;
+    let data = SearchData { options: prepared.options(), explicit: None, ..search.data.clone() };
     // The corrected model gets the result of its own fit, which chooses its steps itself.
     let options = prepared.request.options;
-    let of_fit = Data { options, explicit: None, own_weights: true, ..search.data.clone() };
+    let of_fit = SearchData { options, explicit: None, own_weights: true, ..search.data.clone() };
     let named = outcome.structure();
     let tried = |structure: StructureId| {
         let fitted = search.fitted(structure).cloned();
         fitted.ok_or_else(|| not_fitted(NoFit("it was never fitted".to_owned())))
     };
-    let of_base = if *outcome == Outcome::Sufficient { &of_fit } else { &data };
+    let of_base = if *outcome == JudgedOutcome::Sufficient { &of_fit } else { &data };
     let mut fits = vec![(tried(StructureId::BASE)?, of_base)];
     let of_plain = plain.as_ref().map(|plain| plain.all[0].data(&of_fit));
     if let Some((plain, of_plain)) = plain.as_ref().zip(of_plain.as_ref()) {
@@ -406,17 +426,20 @@ fn refine<'a>(
     // A model that diverges stays as it was.
     let before = before.unwrap_or_else(|_| fits[0].0.clone());
     let after = ended.next().transpose()?.unwrap_or_else(|| before.clone());
-    let of_base = ModelSpread::of(search, StructureId::BASE, &before, &data);
+    let of_base = ModelSpread::from_structure(search, StructureId::BASE, &before, &data);
     let model_spread = if named.is_base() {
         of_base.clone()
     } else {
-        ModelSpread::of(search, named, &after, &data)
+        ModelSpread::from_structure(search, named, &after, &data)
     };
-    Ok(Refined { data, before, after, model_spreads: [of_base, model_spread] })
+    Ok(RefinedModels { data, before, after, model_spreads: [of_base, model_spread] })
 }
 
 /// Fits a structure to the end, with the requested tolerance.
-fn to_the_end(fitted: &Fitted, data: &Data<'_>) -> Result<Fitted, DiscoverError> {
+fn to_the_end(
+    fitted: &FittedStructure,
+    data: &SearchData<'_>,
+) -> Result<FittedStructure, DiscoverError> {
     let mut fitted = fitted.continued(data, LAST_EVALUATIONS).map_err(not_fitted)?;
     fitted.know_correlations(data);
     fitted.hold_out(data, LAST_EVALUATIONS);
@@ -424,15 +447,25 @@ fn to_the_end(fitted: &Fitted, data: &Data<'_>) -> Result<Fitted, DiscoverError>
 }
 
 /// Determines what each effect does and when, and locates what no effect explains.
-fn explain(prepared: &Prepared<'_>, searched: &Searched<'_>, refined: &Refined<'_>) -> Explained {
-    let Prepared { request, model, .. } = prepared;
-    let Searched { search, outcome, evidence, .. } = searched;
-    let Refined { data, before, after, model_spreads: [_, model_spread] } = refined;
+fn explain(
+    prepared: &SearchInput<'_>,
+    searched: &SearchResult<'_>,
+    refined: &RefinedModels<'_>,
+) -> ExplainedEffects {
+    let SearchInput { request, model, .. } = prepared;
+    let SearchResult { search, outcome, evidence, .. } = searched;
+    let RefinedModels { data, before, after, model_spreads: [_, model_spread] } = refined;
     let missing = missing_inputs(model, request.base.engine, before, data, request.threads);
     let circumstances = Circumstances::new(before, data);
     let structure = outcome.structure();
-    let reporter =
-        Found { search, data, structure, after, model_spread, circumstances: &circumstances };
+    let reporter = EffectReport {
+        search,
+        data,
+        structure,
+        after,
+        model_spread,
+        circumstances: &circumstances,
+    };
     let effects =
         structure.effects().zip(evidence).map(|(c, evidence)| reporter.effect(c, *evidence));
     let mut effects: Vec<FoundEffect> = effects.collect();
@@ -440,63 +473,63 @@ fn explain(prepared: &Prepared<'_>, searched: &Searched<'_>, refined: &Refined<'
         only.alternatives.extend(searched.beside.iter().cloned());
     }
     let unexplained = match outcome {
-        Outcome::Sufficient | Outcome::Effects(_) => Vec::new(),
-        Outcome::NearlyAll(_) => {
+        JudgedOutcome::Sufficient | JudgedOutcome::Effects(_) => Vec::new(),
+        JudgedOutcome::NearlyAll(_) => {
             let left = left_over(data, after, &circumstances, &search.thresholds);
             left.into_iter().collect()
         }
-        Outcome::Most(_) | Outcome::Unexplained
+        JudgedOutcome::Most(_) | JudgedOutcome::Unexplained
             if searched.law.is_some() || searched.plain.is_some() =>
         {
             Vec::new()
         }
-        Outcome::Most(_) | Outcome::Unexplained => {
+        JudgedOutcome::Most(_) | JudgedOutcome::Unexplained => {
             let (model, fitted) = (&prepared.model, before);
-            let Request { base, sources, threads, .. } = **request;
-            let guessing = Guessing { base, sources, model, fitted, data, threads };
-            let Searched { lacking, rivals, .. } = searched;
+            let DiscoveryOptions { base, sources, threads, .. } = **request;
+            let guessing = GuessData { base, sources, model, fitted, data, threads };
+            let SearchResult { lacking, rivals, .. } = searched;
             let (guessing, circumstances) = (&guessing, &circumstances);
             WithoutName { guessing, circumstances, missing: &missing, lacking, rivals }.places()
         }
     };
-    let is_open = matches!(outcome, Outcome::Most(_) | Outcome::Unexplained);
+    let is_open = matches!(outcome, JudgedOutcome::Most(_) | JudgedOutcome::Unexplained);
     let condition = unexplained.first().filter(|_| is_open && !data.is_over());
     let regime = condition.and_then(|first| first.condition.as_ref()).and_then(|condition| {
         let explained = search.thresholds.explained;
-        Regime::of(condition, &circumstances, before, data, explained)
+        ConditionRegime::find(condition, &circumstances, before, data, explained)
     });
-    Explained { circumstances, missing, effects, unexplained, regime }
+    ExplainedEffects { circumstances, missing, effects, unexplained, regime }
 }
 
 /// Assembles the result.
 fn report(
-    prepared: &Prepared<'_>,
-    searched: &Searched<'_>,
-    refined: Refined<'_>,
-    explained: Explained,
+    prepared: &SearchInput<'_>,
+    searched: &SearchResult<'_>,
+    refined: RefinedModels<'_>,
+    explained: ExplainedEffects,
 ) -> Result<Discovery, DiscoverError> {
-    let Prepared { request, model, .. } = prepared;
-    let Searched { search, outcome, law, plain, screens, .. } = searched;
+    let SearchInput { request, model, .. } = prepared;
+    let SearchResult { search, outcome, law, plain, screens, .. } = searched;
     let verdict = match (plain, law) {
         (Some(_), _) => Verdict::Plain,
         (None, Some(_)) => Verdict::Law,
         (None, None) => outcome.verdict(),
     };
-    let Refined { data, before, after, model_spreads: [of_base, of_corrected] } = refined;
+    let RefinedModels { data, before, after, model_spreads: [of_base, of_corrected] } = refined;
     // If columns are at fault, the corrected model is compared with the corrected recordings.
     let first = plain.as_ref().map(|plain| &plain.all[0]);
     let data_after = first.map_or_else(|| data.clone(), |first| first.data(&data));
-    let request_after = Request {
+    let request_after = DiscoveryOptions {
         train: (data_after.train, request.train.1),
         valid: (data_after.valid, request.valid.1),
         ..**request
     };
-    let Explained { circumstances, missing, effects, unexplained, regime } = explained;
+    let ExplainedEffects { circumstances, missing, effects, unexplained, regime } = explained;
     let [of_library, of_templates] = not_tried(search, screens, verdict);
     let left_out: Vec<_> = prepared.left_out.iter().cloned().chain(of_library).collect();
     let sources = law.as_ref().map_or(request.sources, |law| &law.inserted.sources);
     let mut ranking = ranking_of(search);
-    ranking.extend(left_out.iter().map(|(name, why)| Ranked::refused(name, why)));
+    ranking.extend(left_out.iter().map(|(name, why)| RankedStructure::refused(name, why)));
     Ok(Discovery {
         not_tried: unbound(request.templates, model).into_iter().chain(of_templates).collect(),
         left_out,

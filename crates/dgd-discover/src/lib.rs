@@ -30,24 +30,28 @@ mod unexplained;
 #[path = "../../../tests/support/uniform.rs"]
 mod uniform;
 
-pub use conditions::{Condition, ConditionKind, KnownKind, KnownQuantity, condition};
-pub use dgd_screen::noise::{Colour, SensorNoise, quantisation_step, white_noise};
+pub use conditions::{ConditionKind, KnownKind, KnownQuantity, WindowCondition, condition};
+pub use dgd_screen::noise::{NoiseColour, SensorNoise, quantisation_step, white_noise};
 pub use discover::discover;
-pub use guess::{Course, Guess, GuessedTerm, LawParameter, LawRange, Together};
+pub use guess::{
+    CorrelatedQuantity, FormulaGuess, GuessedTerm, LawParameter, LawRange, TraceCourse,
+};
 pub use law::LawTerm;
-pub use library::{BaseModel, Scales, templates};
+pub use library::{BaseModel, OutputScales, templates};
 pub use missing_input::{
-    ClosedPlace, Deviations, LinearizeError, MissingInput, MissingTerms, NoSuchTerm, Place,
-    PlaceKind, ReconstructError, Recording, UnknownInput, inputs_with, reconstruct, unknown_input,
+    ClosedPlace, DeviationError, Deviations, MissingInput, MissingPlace, MissingTerms, NoSuchTerm,
+    PlaceKind, ReconstructError, ReconstructedRecording, UnknownInput, inputs_with, reconstruct,
+    unknown_input,
 };
 pub use noise::{
-    Check, CheckKind, FEWEST, Whiteness, Window, averaging_lengths, discrepancy_windows,
-    effective_sample_size, whiteness,
+    CheckKind, FEWEST, SignalWindow, Whiteness, WhitenessCheck, averaging_lengths,
+    discrepancy_windows, effective_sample_size, whiteness,
 };
 pub use report::{
-    Described, Discovery, FoundEffect, FoundLaw, FoundRegime, Gap, NearForm, OutputTrace,
-    ParameterValue, PlainCause, PlainCauses, PlainKind, Power, Ranked, RecordingTrace,
-    RecordingsValue, RivalLaw, Screened, StuckSince, Unexplained,
+    DetectionPower, Discovery, FoundEffect, FoundLaw, FoundRegime, NearForm, OutputGap,
+    OutputTrace, ParameterValue, PlainCause, PlainCauses, PlainKind, RankedStructure,
+    RecordingTrace, RecordingsValue, ResemblingEffect, RivalLaw, ScreenedCandidate, StuckSince,
+    UnexplainedError,
 };
-pub use request::{DiscoverError, Request};
+pub use request::{DiscoverError, DiscoveryOptions};
 pub use search::{Alternative, Evidence, Verdict};

@@ -2,18 +2,18 @@
 
 use std::fmt;
 
-use dgd_compiler::diagnostics::Reported;
+use dgd_compiler::diagnostics::ErrorReported;
 use dgd_compiler::effects::Effect;
-use dgd_compiler::source::Sources;
+use dgd_compiler::source::SourceMap;
 use dgd_identify::journal::{Digest, Journal};
-use dgd_identify::{Recording, Watch};
+use dgd_identify::{Monitor, Recording};
 use dgd_runtime::Options;
 
 use crate::library::BaseModel;
 
 /// The request for a discovery.
 #[derive(Debug, Clone, Copy)]
-pub struct Request<'a> {
+pub struct DiscoveryOptions<'a> {
     /// The base model.
     pub base: &'a BaseModel,
     /// Effects that may be missing from it.
@@ -22,7 +22,7 @@ pub struct Request<'a> {
     /// recordings.
     pub templates: &'a [Effect],
     /// The texts of the model, the library and the templates.
-    pub sources: &'a Sources,
+    pub sources: &'a SourceMap,
     /// Recordings to fit to, at least one, with their names. Their start values are initial guesses.
     pub train: (&'a [Recording], &'a [String]),
     /// Validation recordings, with their names.
@@ -40,21 +40,21 @@ pub struct Request<'a> {
     /// Stores fits and screens, so that an interrupted run can resume. The result does not depend on it.
     pub journal: &'a dyn Journal,
     /// Receives progress. Cancelling ends the search as if its time were over: between fits, with the best so far.
-    pub watch: &'a dyn Watch,
+    pub watch: &'a dyn Monitor,
 }
 
-impl Request<'_> {
+impl DiscoveryOptions<'_> {
     /// Digest of everything on which fits and screens depend: texts, settings and recordings.
     pub fn digest(&self) -> Digest {
         let BaseModel { asts, options, free, fix, engine: _, scales: _ } = self.base;
         let texts: Vec<&str> = self.sources.iter().map(|source| &*source.text).collect();
         Digest::EMPTY
-            .of(&env!("CARGO_PKG_VERSION"))
-            .of(&texts)
-            .of(&(self.library.len(), self.templates.len()))
-            .of(&(asts, options, free, fix))
-            .of(&(self.train.0, self.valid.0))
-            .of(&(self.options, self.is_method_named))
+            .debug(&env!("CARGO_PKG_VERSION"))
+            .debug(&texts)
+            .debug(&(self.library.len(), self.templates.len()))
+            .debug(&(asts, options, free, fix))
+            .debug(&(self.train.0, self.valid.0))
+            .debug(&(self.options, self.is_method_named))
     }
 }
 
@@ -62,7 +62,7 @@ impl Request<'_> {
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum DiscoverError {
     /// The model has errors, which were reported.
-    Model(Reported),
+    Model(ErrorReported),
     /// There is no training recording.
     NoRecording,
     /// No output of the model was measured often enough to estimate its noise.

@@ -9,10 +9,10 @@
 //! recordings, whereas a free input only follows readings.
 
 use crate::conditions::Circumstances;
-use crate::guess::{Followed, Guess, Guessing};
-use crate::law::Inserted;
-use crate::missing_input::{self, FoundPlace, Missing, Objection, PlaceKind, TIE};
-use crate::report::{Unexplained, unexplained};
+use crate::guess::{FormulaGuess, GuessData, MissingCourse};
+use crate::law::FittedTerms;
+use crate::missing_input::{self, FoundPlace, MissingInputs, PlaceKind, PlaceObjection, TIE};
+use crate::report::{UnexplainedError, unexplained};
 use crate::search::farthest_apart;
 
 /// Number of places reported.
@@ -25,18 +25,18 @@ const EXPLAINED: f64 = 2.25;
 
 /// Inputs of the ranking.
 pub(crate) struct WithoutName<'a> {
-    pub(crate) guessing: &'a Guessing<'a>,
+    pub(crate) guessing: &'a GuessData<'a>,
     pub(crate) circumstances: &'a Circumstances,
-    pub(crate) missing: &'a Missing,
+    pub(crate) missing: &'a MissingInputs,
     /// Equations that lack something together, in a smoother with a free input in each.
     pub(crate) lacking: &'a [String],
     /// Laws in different equations that explain the recordings alike.
-    pub(crate) rivals: &'a [Inserted],
+    pub(crate) rivals: &'a [FittedTerms],
 }
 
 /// The class of a place; the lowest comes first.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-enum Class {
+enum PlaceClass {
     /// A law there explains the recordings, and so does one elsewhere.
     Rival,
     /// It lacks something together with other equations.
@@ -50,9 +50,9 @@ enum Class {
 impl WithoutName<'_> {
     /// The places, each with the condition that coincides with it and the quantities that correlate with it, and a
     /// formula at the best place that has one.
-    pub(crate) fn places(&self) -> Vec<Unexplained> {
+    pub(crate) fn places(&self) -> Vec<UnexplainedError> {
         let WithoutName { guessing, circumstances, missing, .. } = self;
-        let mut order: Vec<(Class, &FoundPlace)> =
+        let mut order: Vec<(PlaceClass, &FoundPlace)> =
             missing.ranked.iter().map(|found| (self.class(found), found)).collect();
         // Stable: within a class, the likeliest first.
         order.sort_by_key(|(class, _)| *class);
@@ -62,29 +62,29 @@ impl WithoutName<'_> {
             let terms = missing.terms.as_ref().filter(|_| !guessing.data.is_over())?;
             guessing.followed(terms, found)
         };
-        let is_tied = |rank: usize, class: Class, found: &FoundPlace| match class {
+        let is_tied = |rank: usize, class: PlaceClass, found: &FoundPlace| match class {
             _ if rank == 0 => false,
-            Class::Rival | Class::Joint => true,
-            Class::Implausible => false,
-            Class::Plausible | Class::OnlySensor => {
-                first >= Class::Plausible && most.missing.gain - found.missing.gain < TIE
+            PlaceClass::Rival | PlaceClass::Joint => true,
+            PlaceClass::Implausible => false,
+            PlaceClass::Plausible | PlaceClass::OnlySensor => {
+                first >= PlaceClass::Plausible && most.missing.gain - found.missing.gain < TIE
             }
         };
         let places = || order.iter().enumerate();
-        let traced: Vec<Option<Followed<'_>>> =
+        let traced: Vec<Option<MissingCourse<'_>>> =
             places().map(|(_, (_, one))| followed(one)).collect();
-        let is_looked_at = |rank: usize, class: Class, found: &FoundPlace| {
+        let is_looked_at = |rank: usize, class: PlaceClass, found: &FoundPlace| {
             // Laws are better than guesses.
             self.rivals.is_empty()
                 && traced[rank].is_some()
                 && (rank < GUESSED || is_tied(rank, class, found))
         };
-        let looked_at: Vec<&Followed<'_>> = places()
+        let looked_at: Vec<&MissingCourse<'_>> = places()
             .filter(|(rank, (class, found))| is_looked_at(*rank, *class, found))
             .filter_map(|(rank, _)| traced[rank].as_ref())
             .collect();
         let mut guesses = guessing.guesses(&looked_at).into_iter();
-        let mut reported: Vec<(Class, Unexplained)> = places()
+        let mut reported: Vec<(PlaceClass, UnexplainedError)> = places()
             .map(|(rank, &(class, found))| {
                 let condition = circumstances.condition(&missing_input::windows(found));
                 let followed = traced[rank].as_ref();
@@ -94,10 +94,10 @@ impl WithoutName<'_> {
                 } else {
                     followed.and_then(|followed| self.of_law(found, followed))
                 };
-                let place = Unexplained {
-                    together: followed.map_or_else(Vec::new, Followed::together),
+                let place = UnexplainedError {
+                    together: followed.map_or_else(Vec::new, MissingCourse::together),
                     guess,
-                    is_joint: class == Class::Joint,
+                    is_joint: class == PlaceClass::Joint,
                     left: Some(found.left),
                     objection: objection(found),
                     told_apart_by: self.told_apart_by(most, class, found).filter(|_| is_tied),
@@ -112,27 +112,27 @@ impl WithoutName<'_> {
     }
 
     /// The formula of a rival law that changes this place only.
-    fn of_law(&self, found: &FoundPlace, followed: &Followed<'_>) -> Option<Guess> {
-        let terms_there = |law: &Inserted| law.all_in(&found.missing.place);
+    fn of_law(&self, found: &FoundPlace, followed: &MissingCourse<'_>) -> Option<FormulaGuess> {
+        let terms_there = |law: &FittedTerms| law.all_in(&found.missing.place);
         let terms = self.rivals.iter().find_map(terms_there)?;
         self.guessing.of_law(followed, &terms)
     }
 
-    fn class(&self, found: &FoundPlace) -> Class {
+    fn class(&self, found: &FoundPlace) -> PlaceClass {
         let place = &found.missing.place;
         let is_equation = place.kind == PlaceKind::Equation;
-        let of_rival = |law: &Inserted| law.targets().contains(place.name.as_str());
+        let of_rival = |law: &FittedTerms| law.targets().contains(place.name.as_str());
         if self.rivals.iter().any(of_rival) {
-            Class::Rival
+            PlaceClass::Rival
         } else if is_equation && self.lacks_together() && self.lacking.contains(&place.name) {
-            Class::Joint
+            PlaceClass::Joint
         } else if found.objection.is_some() {
-            Class::Implausible
+            PlaceClass::Implausible
         } else if place.kind == PlaceKind::Output && self.outputs() == 1 && self.equation_explains()
         {
-            Class::OnlySensor
+            PlaceClass::OnlySensor
         } else {
-            Class::Plausible
+            PlaceClass::Plausible
         }
     }
 
@@ -163,10 +163,10 @@ impl WithoutName<'_> {
     fn told_apart_by(
         &self,
         first: &FoundPlace,
-        class: Class,
+        class: PlaceClass,
         other: &FoundPlace,
     ) -> Option<String> {
-        if class == Class::Joint {
+        if class == PlaceClass::Joint {
             return None;
         }
         let sensor =
@@ -189,37 +189,40 @@ impl WithoutName<'_> {
 fn objection(found: &FoundPlace) -> Option<String> {
     let name = &found.missing.place.name;
     Some(match found.objection? {
-        Objection::Sign => format!("`{name}` would change its sign"),
-        Objection::Bounds => format!("`{name}` would leave its bounds"),
-        Objection::Size => format!("`{name}` would be off by more than its readings vary"),
+        PlaceObjection::Sign => format!("`{name}` would change its sign"),
+        PlaceObjection::Bounds => format!("`{name}` would leave its bounds"),
+        PlaceObjection::Size => format!("`{name}` would be off by more than its readings vary"),
     })
 }
 
 /// Moves the place to the front whose formula, or whose course, leaves much less than that of the first.
-fn lift(all: &mut Vec<(Class, Unexplained)>, follows: bool) {
+fn lift(all: &mut Vec<(PlaceClass, UnexplainedError)>, follows: bool) {
     let Some(&(first, _)) = all.first() else { return };
-    if first < Class::Plausible {
+    if first < PlaceClass::Plausible {
         return;
     }
-    let to_front = |all: &mut Vec<(Class, Unexplained)>, best: usize| {
+    let to_front = |all: &mut Vec<(PlaceClass, UnexplainedError)>, best: usize| {
         let moved = all.remove(best);
         all.insert(0, moved);
     };
-    let best_by = |all: &[(Class, Unexplained)], left: &dyn Fn(&Unexplained) -> f64| {
-        let is_plausible = |k: &usize| all[*k].0 < Class::Implausible;
+    let best_by = |all: &[(PlaceClass, UnexplainedError)],
+                   left: &dyn Fn(&UnexplainedError) -> f64| {
+        let is_plausible = |k: &usize| all[*k].0 < PlaceClass::Implausible;
         let best = (0..all.len())
             .filter(is_plausible)
             .min_by(|a, b| left(&all[*a].1).total_cmp(&left(&all[*b].1)));
         best.filter(|best| *best > 0 && is_clearly_less(left(&all[*best].1), left(&all[0].1)))
     };
     // A formula has been tested on other recordings, whereas a trace only follows readings.
-    let of_formula = |one: &Unexplained| one.guess.as_ref().map_or(f64::INFINITY, |g| g.left_after);
+    let of_formula =
+        |one: &UnexplainedError| one.guess.as_ref().map_or(f64::INFINITY, |g| g.left_after);
     if let Some(best) = best_by(all, &of_formula) {
         return to_front(all, best);
     }
     // The noise of a filter absorbs part of the missing term at each place, so its likelihoods distinguish places less
     // well than how closely a trace follows a curve over a quantity of the model; if places are tied, not at all.
-    let beside = |one: &Unexplained| one.together.first().map_or(1.0, |closest| 1.0 - closest.r2);
+    let beside =
+        |one: &UnexplainedError| one.together.first().map_or(1.0, |closest| 1.0 - closest.r2);
     if let Some(best) = best_by(all, &beside)
         && (follows || all[best].1.is_tied)
     {

@@ -2,12 +2,12 @@
 
 use std::sync::{Mutex, PoisonError};
 
-use dgd_runtime::ensemble::{self, Ensemble, Member, Trajectory, Wanted};
+use dgd_runtime::ensemble::{self, Ensemble, EnsembleQuantities, Member, Trajectory};
 use dgd_runtime::{Failure, Options};
 
-use crate::loaded::Loaded;
+use crate::loaded::LoadedSystem;
 
-impl Loaded {
+impl LoadedSystem {
     /// Like [`ensemble::reduce`], with unknowns and outputs.
     pub fn reduce_members<T: Send>(
         &self,
@@ -39,6 +39,6 @@ impl Loaded {
         take: &(dyn Fn(usize, Result<Trajectory<'_>, Failure>) + Sync),
     ) {
         let ensemble = Ensemble { system: self, members };
-        ensemble::reduce(&ensemble, times, options, Wanted::Values, threads, take);
+        ensemble::reduce(&ensemble, times, options, EnsembleQuantities::Values, threads, take);
     }
 }

@@ -7,19 +7,19 @@
 use dgd_compiler::program::{FunctionKind, Program};
 use dgd_runtime::integrate::integrate;
 use dgd_runtime::linalg::FixedLu;
-use dgd_runtime::{Failure, Options, Point, Problem, Solution, Wanted};
+use dgd_runtime::{EvaluationPoint, Failure, Options, Problem, Solution, WantedResults};
 
-use crate::interpret::{Interpreted, Interpreter};
-use crate::loaded::{Loaded, OnDemand};
-use crate::system::{Executed, Perform};
+use crate::interpret::{InterpretedSystem, Interpreter};
+use crate::loaded::{LoadedSystem, OnDemand};
+use crate::system::{FunctionExecutor, ProgramSystem};
 
 /// Whether these solvers are built; otherwise the one for any n serves all, with the same bits.
 const SIZED: bool = cfg!(feature = "sized");
 
 /// A loaded model of N unknowns.
-struct Fixed<'a, const N: usize>(&'a OnDemand);
+struct FixedSizeModel<'a, const N: usize>(&'a OnDemand);
 
-impl<const N: usize> Perform for Fixed<'_, N> {
+impl<const N: usize> FunctionExecutor for FixedSizeModel<'_, N> {
     type Vector = [f64; N];
     type Sensitivity = Vec<f64>;
     type Inputs = Vec<f64>;
@@ -39,7 +39,7 @@ impl<const N: usize> Perform for Fixed<'_, N> {
     fn perform(
         &self,
         kind: FunctionKind,
-        at: Point<'_>,
+        at: EvaluationPoint<'_>,
         udot: &[f64],
         s: &[f64],
         results: &mut [&mut [f64]],
@@ -50,10 +50,10 @@ impl<const N: usize> Perform for Fixed<'_, N> {
 
 /// Integrates a loaded model.
 pub(crate) fn run(
-    problem: &Problem<'_, Loaded>,
+    problem: &Problem<'_, LoadedSystem>,
     times: &[f64],
     options: &Options,
-    wanted: Wanted<'_>,
+    wanted: WantedResults<'_>,
 ) -> Result<Solution, Failure> {
     match problem.system.0.program().n() {
         1 if SIZED => run_fixed::<1>(problem, times, options, wanted),
@@ -67,23 +67,23 @@ pub(crate) fn run(
 /// Integrates an interpreted model as a loaded one without native code, so that users of the interpreter need not
 /// compile a solver.
 pub(crate) fn run_interpreted(
-    problem: &Problem<'_, Interpreted>,
+    problem: &Problem<'_, InterpretedSystem>,
     times: &[f64],
     options: &Options,
-    wanted: Wanted<'_>,
+    wanted: WantedResults<'_>,
 ) -> Result<Solution, Failure> {
-    let system = Loaded::interpreted(problem.system.0.clone());
+    let system = LoadedSystem::interpreted(problem.system.0.clone());
     let Problem { p, inputs, start, .. } = *problem;
     run(&Problem { system: &system, p, inputs, start }, times, options, wanted)
 }
 
 fn run_fixed<const N: usize>(
-    problem: &Problem<'_, Loaded>,
+    problem: &Problem<'_, LoadedSystem>,
     times: &[f64],
     options: &Options,
-    wanted: Wanted<'_>,
+    wanted: WantedResults<'_>,
 ) -> Result<Solution, Failure> {
-    let system = Executed(Fixed::<N>(&problem.system.0));
+    let system = ProgramSystem(FixedSizeModel::<N>(&problem.system.0));
     let Problem { p, inputs, start, .. } = *problem;
     integrate(&Problem { system: &system, p, inputs, start }, times, options, wanted)
 }

@@ -5,22 +5,23 @@ use std::cell::RefCell;
 use std::cell::RefMut;
 use std::sync::Arc;
 
-use dgd_compiler::expr::intrinsics::Definition;
+use dgd_compiler::expr::intrinsics::IntrinsicDefinition;
 use dgd_compiler::program::{
-    Argument, Function, FunctionKind, Operation, Place, Program, Series, Taylor,
+    FunctionArgument, FunctionKind, Program, ProgramFunction, ProgramOperation, SharedSeries,
+    StridedPosition, TaylorSeries,
 };
 use dgd_runtime::linalg::AutoLu;
-use dgd_runtime::{Failure, Options, Point, Problem, Solution, Wanted};
+use dgd_runtime::{EvaluationPoint, Failure, Options, Problem, Solution, WantedResults};
 
 use crate::fixed;
-use crate::system::{Executed, Perform};
-use crate::taylor::{Expansion, expand};
+use crate::system::{FunctionExecutor, ProgramSystem};
+use crate::taylor::{SeriesComputation, expand};
 
 /// A program as a system, executed operation by operation.
 ///
 /// Results equal those of the generated Rust bit for bit. Cloning shares the program; each clone has its own work space
 /// and serves one thread.
-pub type Interpreted = Executed<Interpreter>;
+pub type InterpretedSystem = ProgramSystem<Interpreter>;
 
 /// Executes a program's operations one after another.
 #[derive(Debug, Clone)]
@@ -32,16 +33,16 @@ pub struct Interpreter {
     coefficients: RefCell<Vec<f64>>,
 }
 
-impl Interpreted {
+impl InterpretedSystem {
     /// Makes a system of a program.
     pub fn new(program: Program) -> Self {
-        Executed(Interpreter::new(program))
+        ProgramSystem(Interpreter::new(program))
     }
 }
 
 impl Interpreter {
     pub(crate) fn new(program: Program) -> Self {
-        let length = |function: &Function| {
+        let length = |function: &ProgramFunction| {
             let of_loops = function.loops.iter().map(|part| part.operations().count()).max();
             function.body.len() + of_loops.unwrap_or(0)
         };
@@ -66,9 +67,9 @@ impl Interpreter {
     /// Expands a solution into its series.
     pub(crate) fn expand(
         &self,
-        at: Point<'_>,
-        of: impl Fn(&Taylor) -> &Series,
-        mut expansion: Expansion<'_>,
+        at: EvaluationPoint<'_>,
+        of: impl Fn(&TaylorSeries) -> &SharedSeries,
+        mut expansion: SeriesComputation<'_>,
     ) {
         let Ok(taylor) = &self.program.taylor else {
             unreachable!("nobody asks for series that there are not")
@@ -76,15 +77,15 @@ impl Interpreter {
         let series = of(taylor);
         let len = series.body.len();
         let mut registers = self.registers.borrow_mut();
-        let read = Read { at, udot: expansion.udot, s: &[] };
-        evaluate(&series.body, 0, Passage::default(), &read, &mut registers);
+        let read = OperationData { at, udot: expansion.udot, s: &[] };
+        evaluate(&series.body, 0, LoopPassage::default(), &read, &mut registers);
         expansion.y[..at.y.len()].copy_from_slice(at.y);
         let mut now = self.coefficients.borrow_mut();
         expand(&self.program, series, &registers[..len], &mut now, &mut expansion);
     }
 }
 
-impl Perform for Interpreter {
+impl FunctionExecutor for Interpreter {
     type Vector = Vec<f64>;
     type Sensitivity = Vec<f64>;
     type Inputs = Vec<f64>;
@@ -101,10 +102,10 @@ impl Perform for Interpreter {
     }
 
     fn integrate(
-        problem: &Problem<'_, Interpreted>,
+        problem: &Problem<'_, InterpretedSystem>,
         times: &[f64],
         options: &Options,
-        wanted: Wanted<'_>,
+        wanted: WantedResults<'_>,
     ) -> Result<Solution, Failure> {
         fixed::run_interpreted(problem, times, options, wanted)
     }
@@ -112,15 +113,15 @@ impl Perform for Interpreter {
     fn perform(
         &self,
         kind: FunctionKind,
-        at: Point<'_>,
+        at: EvaluationPoint<'_>,
         udot: &[f64],
         s: &[f64],
         results: &mut [&mut [f64]],
     ) {
         let function = self.program.function(kind);
         let mut registers = self.registers.borrow_mut();
-        let read = Read { at, udot, s };
-        evaluate(&function.body, 0, Passage::default(), &read, &mut registers);
+        let read = OperationData { at, udot, s };
+        evaluate(&function.body, 0, LoopPassage::default(), &read, &mut registers);
         let places = function.results.iter().zip(&function.places).zip(&function.lengths);
         for (((values, places), length), result) in places.zip(results.iter_mut()) {
             assert_eq!(*length, result.len(), "length of a result of {kind:?}");
@@ -141,10 +142,10 @@ impl Perform for Interpreter {
             let head = function.body.len();
             let body = head + part.head.len();
             for round in 0..part.rounds as usize {
-                let begin = Passage { round, k: 0 };
+                let begin = LoopPassage { round, k: 0 };
                 evaluate(&part.head, head, begin, &read, &mut registers);
                 for k in 0..part.count as usize {
-                    let passage = Passage { round, k };
+                    let passage = LoopPassage { round, k };
                     evaluate(&part.body, body, passage, &read, &mut registers);
                     for store in &part.stores {
                         let place = moved(store.first, store.by_round, round) + k;
@@ -157,28 +158,28 @@ impl Perform for Interpreter {
 }
 
 /// The data that operations read.
-struct Read<'a> {
-    at: Point<'a>,
+struct OperationData<'a> {
+    at: EvaluationPoint<'a>,
     udot: &'a [f64],
     s: &'a [f64],
 }
 
-impl Read<'_> {
-    fn array(&self, argument: Argument) -> &[f64] {
+impl OperationData<'_> {
+    fn array(&self, argument: FunctionArgument) -> &[f64] {
         match argument {
-            Argument::Y => self.at.y,
-            Argument::U => self.at.u,
-            Argument::P => self.at.p,
-            Argument::Udot => self.udot,
-            Argument::S => self.s,
-            Argument::Z => self.at.z,
+            FunctionArgument::Y => self.at.y,
+            FunctionArgument::U => self.at.u,
+            FunctionArgument::P => self.at.p,
+            FunctionArgument::Udot => self.udot,
+            FunctionArgument::S => self.s,
+            FunctionArgument::Z => self.at.z,
         }
     }
 }
 
 /// A passage of a loop, the k-th of its round.
 #[derive(Clone, Copy, Default)]
-struct Passage {
+struct LoopPassage {
     round: usize,
     k: usize,
 }
@@ -190,50 +191,51 @@ fn moved(first: usize, by_round: isize, round: usize) -> usize {
 
 /// Executes operations whose values begin at `begin`, in a passage of their loop.
 fn evaluate(
-    body: &[Operation],
+    body: &[ProgramOperation],
     begin: usize,
-    passage: Passage,
-    read: &Read<'_>,
+    passage: LoopPassage,
+    read: &OperationData<'_>,
     registers: &mut [f64],
 ) {
-    let Passage { round, k } = passage;
-    let place = |Place { first, by_round }| moved(first as usize, by_round as isize, round);
+    let LoopPassage { round, k } = passage;
+    let place =
+        |StridedPosition { first, by_round }| moved(first as usize, by_round as isize, round);
     let truth = |condition: bool| f64::from(u8::from(condition));
     for (i, operation) in body.iter().enumerate() {
         let (done, rest) = registers.split_at_mut(begin + i);
         rest[0] = match *operation {
-            Operation::Constant(value) => value,
-            Operation::Time => read.at.t,
-            Operation::Load(argument, index) => read.array(argument)[index as usize],
-            Operation::LoadSwept(argument, at) => read.array(argument)[place(at) + k],
-            Operation::LoadRound(argument, at) => read.array(argument)[place(at)],
-            Operation::Counter => k as f64,
-            Operation::Round => round as f64,
-            Operation::Negate(a) => -done[a.index()],
-            Operation::Add(a, b) => done[a.index()] + done[b.index()],
-            Operation::Subtract(a, b) => done[a.index()] - done[b.index()],
-            Operation::Multiply(a, b) => done[a.index()] * done[b.index()],
-            Operation::Divide(a, b) => done[a.index()] / done[b.index()],
-            Operation::Call1(f, a) => match f.get().definition {
-                Definition::One { value, .. } => value(done[a.index()]),
-                Definition::Two { .. } | Definition::Expansion(..) => {
+            ProgramOperation::Constant(value) => value,
+            ProgramOperation::Time => read.at.t,
+            ProgramOperation::Load(argument, index) => read.array(argument)[index as usize],
+            ProgramOperation::LoadSwept(argument, at) => read.array(argument)[place(at) + k],
+            ProgramOperation::LoadRound(argument, at) => read.array(argument)[place(at)],
+            ProgramOperation::Counter => k as f64,
+            ProgramOperation::Round => round as f64,
+            ProgramOperation::Negate(a) => -done[a.index()],
+            ProgramOperation::Add(a, b) => done[a.index()] + done[b.index()],
+            ProgramOperation::Subtract(a, b) => done[a.index()] - done[b.index()],
+            ProgramOperation::Multiply(a, b) => done[a.index()] * done[b.index()],
+            ProgramOperation::Divide(a, b) => done[a.index()] / done[b.index()],
+            ProgramOperation::Call1(f, a) => match f.get().definition {
+                IntrinsicDefinition::One { value, .. } => value(done[a.index()]),
+                IntrinsicDefinition::Two { .. } | IntrinsicDefinition::Expansion(..) => {
                     unreachable!("a function of one argument")
                 }
             },
-            Operation::Call2(f, a, b) => match f.get().definition {
-                Definition::Two { value, .. } => value(done[a.index()], done[b.index()]),
-                Definition::One { .. } | Definition::Expansion(..) => {
+            ProgramOperation::Call2(f, a, b) => match f.get().definition {
+                IntrinsicDefinition::Two { value, .. } => value(done[a.index()], done[b.index()]),
+                IntrinsicDefinition::One { .. } | IntrinsicDefinition::Expansion(..) => {
                     unreachable!("a function of two arguments")
                 }
             },
-            Operation::Curve(curve, a) => curve.value(done[a.index()]),
-            Operation::Compare(comparison, a, b) => {
+            ProgramOperation::Curve(curve, a) => curve.value(done[a.index()]),
+            ProgramOperation::Compare(comparison, a, b) => {
                 truth(comparison.holds(done[a.index()], done[b.index()]))
             }
-            Operation::And(a, b) => truth(done[a.index()] != 0.0 && done[b.index()] != 0.0),
-            Operation::Or(a, b) => truth(done[a.index()] != 0.0 || done[b.index()] != 0.0),
-            Operation::Not(a) => truth(done[a.index()] == 0.0),
-            Operation::Select(c, a, b) => {
+            ProgramOperation::And(a, b) => truth(done[a.index()] != 0.0 && done[b.index()] != 0.0),
+            ProgramOperation::Or(a, b) => truth(done[a.index()] != 0.0 || done[b.index()] != 0.0),
+            ProgramOperation::Not(a) => truth(done[a.index()] == 0.0),
+            ProgramOperation::Select(c, a, b) => {
                 if done[c.index()] == 0.0 {
                     done[b.index()]
                 } else {

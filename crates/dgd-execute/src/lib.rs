@@ -1,7 +1,7 @@
 //! Runs a compiled model without rustc: turns a [`Program`](dgd_compiler::program::Program) into a
 //! [`System`](dgd_runtime::System) at run time.
 //!
-//! [`Loaded`] uses native code where it is available and worthwhile, [`Interpreted`] executes the program's operations
+//! [`LoadedSystem`] uses native code where it is available and worthwhile, [`InterpretedSystem`] executes the program's operations
 //! one after another. Both equal generated Rust bit for bit.
 
 mod ensemble;
@@ -13,6 +13,6 @@ mod native;
 mod system;
 mod taylor;
 
-pub use interpret::{Interpreted, Interpreter};
-pub use loaded::{Engine, Loaded, NoNativeCode, OnDemand};
-pub use system::{Executed, Perform};
+pub use interpret::{InterpretedSystem, Interpreter};
+pub use loaded::{Engine, LoadedSystem, NoNativeCode, OnDemand};
+pub use system::{FunctionExecutor, ProgramSystem};

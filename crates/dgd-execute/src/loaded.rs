@@ -4,18 +4,18 @@ use std::fmt;
 #[cfg(feature = "native")]
 use std::sync::Arc;
 
-#[cfg(feature = "native")]
-use dgd_compiler::program::{Function, Loop};
 use dgd_compiler::program::{FunctionKind, Program};
+#[cfg(feature = "native")]
+use dgd_compiler::program::{Loop, ProgramFunction};
 use dgd_runtime::linalg::AutoLu;
 use dgd_runtime::model::Model;
-use dgd_runtime::{Failure, Options, Point, Problem, Solution, Wanted};
+use dgd_runtime::{EvaluationPoint, Failure, Options, Problem, Solution, WantedResults};
 
 use crate::fixed;
 use crate::interpret::Interpreter;
 #[cfg(feature = "native")]
-use crate::native::Native;
-use crate::system::{Executed, Perform};
+use crate::native::NativeFunctions;
+use crate::system::{FunctionExecutor, ProgramSystem};
 
 /// Time to compile an empty function, for each additional operation, and to interpret an operation, all in ns. They
 /// affect only when functions are compiled.
@@ -29,7 +29,7 @@ const INTERPRETING_OPERATION: usize = 2;
 /// Number of times that a function is interpreted before it is compiled: until that has taken as long as compilation
 /// would, so that both together take at most twice as long as the better choice.
 #[cfg(feature = "native")]
-fn calls_before(function: &Function) -> u32 {
+fn calls_before(function: &ProgramFunction) -> u32 {
     let of_loops =
         |operations: fn(&Loop) -> usize| function.loops.iter().map(operations).sum::<usize>();
     let written = function.body.len() + of_loops(|part| part.operations().count());
@@ -68,17 +68,17 @@ impl std::error::Error for NoNativeCode {}
 ///
 /// Results equal those of generated Rust bit for bit. Cloning shares the program and its code; each clone has its own
 /// work space and serves one thread.
-pub type Loaded = Executed<OnDemand>;
+pub type LoadedSystem = ProgramSystem<OnDemand>;
 
 /// Executes functions with native code if it exists, otherwise with the interpreter.
 #[derive(Debug, Clone)]
 pub struct OnDemand {
     interpreter: Interpreter,
     #[cfg(feature = "native")]
-    native: Option<Arc<Native>>,
+    native: Option<Arc<NativeFunctions>>,
 }
 
-impl Loaded {
+impl LoadedSystem {
     /// Makes a system of a program, with [`Engine::Auto`].
     pub fn new(program: Program) -> Self {
         Self::with_engine(program, Engine::default())
@@ -89,13 +89,13 @@ impl Loaded {
         match engine {
             #[cfg(feature = "native")]
             Engine::Auto => {
-                let native = Native::for_host(&program, calls_before);
-                Self::by(program, native)
+                let native = NativeFunctions::for_host(&program, calls_before);
+                Self::with_native(program, native)
             }
             #[cfg(feature = "native")]
             Engine::Native => {
-                let native = Native::for_host(&program, |_| 0);
-                Self::by(program, native)
+                let native = NativeFunctions::for_host(&program, |_| 0);
+                Self::with_native(program, native)
             }
             #[cfg(not(feature = "native"))]
             Engine::Auto | Engine::Native => Self::with_engine(program, Engine::Interpreter),
@@ -104,7 +104,7 @@ impl Loaded {
     }
 
     pub(crate) fn interpreted(interpreter: Interpreter) -> Self {
-        Executed(OnDemand {
+        ProgramSystem(OnDemand {
             interpreter,
             #[cfg(feature = "native")]
             native: None,
@@ -112,8 +112,8 @@ impl Loaded {
     }
 
     #[cfg(feature = "native")]
-    pub(crate) fn by(program: Program, native: Native) -> Self {
-        Executed(OnDemand {
+    pub(crate) fn with_native(program: Program, native: NativeFunctions) -> Self {
+        ProgramSystem(OnDemand {
             interpreter: Interpreter::new(program),
             native: Some(Arc::new(native)),
         })
@@ -147,7 +147,7 @@ impl Loaded {
     }
 }
 
-impl Perform for OnDemand {
+impl FunctionExecutor for OnDemand {
     type Vector = Vec<f64>;
     type Sensitivity = Vec<f64>;
     type Inputs = Vec<f64>;
@@ -167,7 +167,7 @@ impl Perform for OnDemand {
     fn perform(
         &self,
         kind: FunctionKind,
-        at: Point<'_>,
+        at: EvaluationPoint<'_>,
         udot: &[f64],
         s: &[f64],
         results: &mut [&mut [f64]],
@@ -187,10 +187,10 @@ impl Perform for OnDemand {
     }
 
     fn integrate(
-        problem: &Problem<'_, Loaded>,
+        problem: &Problem<'_, LoadedSystem>,
         times: &[f64],
         options: &Options,
-        wanted: Wanted<'_>,
+        wanted: WantedResults<'_>,
     ) -> Result<Solution, Failure> {
         fixed::run(problem, times, options, wanted)
     }

@@ -1,20 +1,20 @@
 //! A program as a system, independent of how its functions are executed.
 
-use dgd_compiler::program::{self, FunctionKind, Program, Taylor};
+use dgd_compiler::program::{self, FunctionKind, Program, TaylorSeries};
 use dgd_runtime::integrate::integrate;
 use dgd_runtime::linalg::Factorisation;
 use dgd_runtime::linearize::find_start;
-use dgd_runtime::taylor::{KeptSeries, NoTaylor, Terms};
+use dgd_runtime::taylor::{KeptSeries, NoTaylorSeries, SeriesTerms};
 use dgd_runtime::{
-    Failure, InitialError, Options, Point, Problem, Signature, Solution, Solved, Storage, System,
-    Wanted,
+    EvaluationPoint, Failure, InitialError, Options, Problem, Signature, Solution, SolvableSystem,
+    Storage, System, WantedResults,
 };
 
 use crate::interpret::Interpreter;
-use crate::taylor::Expansion;
+use crate::taylor::SeriesComputation;
 
 /// Executes the functions of a program.
-pub trait Perform {
+pub trait FunctionExecutor {
     /// n numbers.
     type Vector: Storage;
     /// n · n_s numbers.
@@ -42,7 +42,7 @@ pub trait Perform {
     fn perform(
         &self,
         kind: FunctionKind,
-        at: Point<'_>,
+        at: EvaluationPoint<'_>,
         udot: &[f64],
         s: &[f64],
         results: &mut [&mut [f64]],
@@ -52,12 +52,12 @@ pub trait Perform {
     ///
     /// # Errors
     ///
-    /// Like [`Solved::integrate`].
+    /// Like [`SolvableSystem::integrate`].
     fn integrate(
-        problem: &Problem<'_, Executed<Self>>,
+        problem: &Problem<'_, ProgramSystem<Self>>,
         times: &[f64],
         options: &Options,
-        wanted: Wanted<'_>,
+        wanted: WantedResults<'_>,
     ) -> Result<Solution, Failure>
     where
         Self: Sized,
@@ -68,16 +68,16 @@ pub trait Perform {
 
 /// A program as a system.
 #[derive(Debug, Clone)]
-pub struct Executed<P>(pub(crate) P);
+pub struct ProgramSystem<P>(pub(crate) P);
 
-impl<P: Perform> Solved for Executed<P> {
+impl<P: FunctionExecutor> SolvableSystem for ProgramSystem<P> {
     type Factorisation = P::Factorisation;
 
     fn integrate(
         problem: &Problem<'_, Self>,
         times: &[f64],
         options: &Options,
-        wanted: Wanted<'_>,
+        wanted: WantedResults<'_>,
     ) -> Result<Solution, Failure> {
         P::integrate(problem, times, options, wanted)
     }
@@ -93,7 +93,7 @@ impl<P: Perform> Solved for Executed<P> {
     }
 }
 
-impl<P: Perform> System for Executed<P> {
+impl<P: FunctionExecutor> System for ProgramSystem<P> {
     type Vector = P::Vector;
     type Sensitivity = P::Sensitivity;
     type Inputs = P::Inputs;
@@ -106,14 +106,14 @@ impl<P: Perform> System for Executed<P> {
     }
 
     #[inline]
-    fn rhs(&self, at: Point<'_>, f: &mut [f64]) {
+    fn rhs(&self, at: EvaluationPoint<'_>, f: &mut [f64]) {
         self.0.perform(FunctionKind::Rhs, at, &[], &[], &mut [f]);
     }
 
     #[inline]
     fn linearize(
         &self,
-        at: Point<'_>,
+        at: EvaluationPoint<'_>,
         udot: &[f64],
         f: &mut [f64],
         jacobian: &mut [f64],
@@ -123,14 +123,14 @@ impl<P: Perform> System for Executed<P> {
     }
 
     #[inline]
-    fn sensitivity_rhs(&self, at: Point<'_>, s: &[f64], f: &mut [f64], g: &mut [f64]) {
+    fn sensitivity_rhs(&self, at: EvaluationPoint<'_>, s: &[f64], f: &mut [f64], g: &mut [f64]) {
         self.0.perform(FunctionKind::SensitivityRhs, at, &[], s, &mut [f, g]);
     }
 
     #[inline]
     fn sensitivity_linearize(
         &self,
-        at: Point<'_>,
+        at: EvaluationPoint<'_>,
         udot: &[f64],
         s: &[f64],
         f: &mut [f64],
@@ -145,29 +145,29 @@ impl<P: Perform> System for Executed<P> {
     }
 
     #[inline]
-    fn parameter_jacobian(&self, at: Point<'_>, values: &mut [f64]) {
+    fn parameter_jacobian(&self, at: EvaluationPoint<'_>, values: &mut [f64]) {
         self.0.perform(FunctionKind::ParameterJacobian, at, &[], &[], &mut [values]);
     }
 
     #[inline]
-    fn input_jacobian(&self, at: Point<'_>, values: &mut [f64]) {
+    fn input_jacobian(&self, at: EvaluationPoint<'_>, values: &mut [f64]) {
         self.0.perform(FunctionKind::InputJacobian, at, &[], &[], &mut [values]);
     }
 
     #[inline]
-    fn time_derivative(&self, at: Point<'_>, values: &mut [f64]) {
+    fn time_derivative(&self, at: EvaluationPoint<'_>, values: &mut [f64]) {
         self.0.perform(FunctionKind::TimeDerivative, at, &[], &[], &mut [values]);
     }
 
     #[inline]
-    fn outputs(&self, at: Point<'_>, w: &mut [f64]) {
+    fn outputs(&self, at: EvaluationPoint<'_>, w: &mut [f64]) {
         self.0.perform(FunctionKind::Outputs, at, &[], &[], &mut [w]);
     }
 
     #[inline]
     fn output_jacobians(
         &self,
-        at: Point<'_>,
+        at: EvaluationPoint<'_>,
         dwdy: &mut [f64],
         dwdu: &mut [f64],
         dwdp: &mut [f64],
@@ -177,34 +177,40 @@ impl<P: Perform> System for Executed<P> {
     }
 
     #[inline]
-    fn output_sensitivities(&self, at: Point<'_>, s: &[f64], w: &mut [f64], dw: &mut [f64]) {
+    fn output_sensitivities(
+        &self,
+        at: EvaluationPoint<'_>,
+        s: &[f64],
+        w: &mut [f64],
+        dw: &mut [f64],
+    ) {
         self.0.perform(FunctionKind::OutputSensitivities, at, &[], s, &mut [w, dw]);
     }
 
     #[inline]
-    fn start(&self, at: Point<'_>, y: &mut [f64]) {
+    fn start(&self, at: EvaluationPoint<'_>, y: &mut [f64]) {
         self.0.perform(FunctionKind::Start, at, &[], &[], &mut [y]);
     }
 
     #[inline]
-    fn start_sensitivities(&self, at: Point<'_>, s: &mut [f64]) {
+    fn start_sensitivities(&self, at: EvaluationPoint<'_>, s: &mut [f64]) {
         self.0.perform(FunctionKind::StartSensitivities, at, &[], &[], &mut [s]);
     }
 
     #[inline]
-    fn delays(&self, at: Point<'_>, tau: &mut [f64]) {
+    fn delays(&self, at: EvaluationPoint<'_>, tau: &mut [f64]) {
         self.0.perform(FunctionKind::Delays, at, &[], &[], &mut [tau]);
     }
 
     #[inline]
-    fn delay_sensitivities(&self, at: Point<'_>, dtau: &mut [f64]) {
+    fn delay_sensitivities(&self, at: EvaluationPoint<'_>, dtau: &mut [f64]) {
         self.0.perform(FunctionKind::DelaySensitivities, at, &[], &[], &mut [dtau]);
     }
 
     #[inline]
     fn histories(
         &self,
-        at: Point<'_>,
+        at: EvaluationPoint<'_>,
         values: &mut [f64],
         rates: &mut [f64],
         curvatures: &mut [f64],
@@ -213,19 +219,19 @@ impl<P: Perform> System for Executed<P> {
     }
 
     #[inline]
-    fn history_sensitivities(&self, at: Point<'_>, s: &mut [f64], rates: &mut [f64]) {
+    fn history_sensitivities(&self, at: EvaluationPoint<'_>, s: &mut [f64], rates: &mut [f64]) {
         self.0.perform(FunctionKind::HistorySensitivities, at, &[], &[], &mut [s, rates]);
     }
 
     #[inline]
-    fn start_equations(&self, at: Point<'_>, rest: &mut [f64]) {
+    fn start_equations(&self, at: EvaluationPoint<'_>, rest: &mut [f64]) {
         self.0.perform(FunctionKind::StartEquations, at, &[], &[], &mut [rest]);
     }
 
     #[inline]
     fn start_equation_sensitivities(
         &self,
-        at: Point<'_>,
+        at: EvaluationPoint<'_>,
         s: &[f64],
         drest: &mut [f64],
         drestdy: &mut [f64],
@@ -235,14 +241,14 @@ impl<P: Perform> System for Executed<P> {
     }
 
     #[inline]
-    fn varying_delays(&self, at: Point<'_>, tau: &mut [f64]) {
+    fn varying_delays(&self, at: EvaluationPoint<'_>, tau: &mut [f64]) {
         self.0.perform(FunctionKind::VaryingDelays, at, &[], &[], &mut [tau]);
     }
 
     #[inline]
     fn varying_delay_sensitivities(
         &self,
-        at: Point<'_>,
+        at: EvaluationPoint<'_>,
         udot: &[f64],
         s: &[f64],
         dtau: &mut [f64],
@@ -254,7 +260,7 @@ impl<P: Perform> System for Executed<P> {
     }
 
     #[inline]
-    fn mass(&self, at: Point<'_>, mass: &mut [f64]) {
+    fn mass(&self, at: EvaluationPoint<'_>, mass: &mut [f64]) {
         if self.0.program().computes(FunctionKind::Mass) {
             self.0.perform(FunctionKind::Mass, at, &[], &[], &mut [mass]);
         } else {
@@ -263,24 +269,24 @@ impl<P: Perform> System for Executed<P> {
     }
 
     #[inline]
-    fn condition_times(&self, at: Point<'_>, times: &mut [f64], after: &mut [f64]) {
+    fn condition_times(&self, at: EvaluationPoint<'_>, times: &mut [f64], after: &mut [f64]) {
         self.0.perform(FunctionKind::ConditionTimes, at, &[], &[], &mut [times, after]);
     }
 
     #[inline]
-    fn condition_time_sensitivities(&self, at: Point<'_>, dtimes: &mut [f64]) {
+    fn condition_time_sensitivities(&self, at: EvaluationPoint<'_>, dtimes: &mut [f64]) {
         self.0.perform(FunctionKind::ConditionTimeSensitivities, at, &[], &[], &mut [dtimes]);
     }
 
     #[inline]
-    fn event_functions(&self, at: Point<'_>, e: &mut [f64]) {
+    fn event_functions(&self, at: EvaluationPoint<'_>, e: &mut [f64]) {
         self.0.perform(FunctionKind::EventFunctions, at, &[], &[], &mut [e]);
     }
 
     #[inline]
     fn event_derivatives(
         &self,
-        at: Point<'_>,
+        at: EvaluationPoint<'_>,
         udot: &[f64],
         de: &mut [f64],
         dedy: &mut [f64],
@@ -290,14 +296,14 @@ impl<P: Perform> System for Executed<P> {
     }
 
     #[inline]
-    fn resets(&self, at: Point<'_>, r: &mut [f64]) {
+    fn resets(&self, at: EvaluationPoint<'_>, r: &mut [f64]) {
         self.0.perform(FunctionKind::Resets, at, &[], &[], &mut [r]);
     }
 
     #[inline]
     fn reset_derivatives(
         &self,
-        at: Point<'_>,
+        at: EvaluationPoint<'_>,
         udot: &[f64],
         dr: &mut [f64],
         drdy: &mut [f64],
@@ -307,14 +313,20 @@ impl<P: Perform> System for Executed<P> {
     }
 
     #[inline]
-    fn jumps(&self, at: Point<'_>, kinds: &mut [f64], rests: &mut [f64], jacobian: &mut [f64]) {
+    fn jumps(
+        &self,
+        at: EvaluationPoint<'_>,
+        kinds: &mut [f64],
+        rests: &mut [f64],
+        jacobian: &mut [f64],
+    ) {
         self.0.perform(FunctionKind::Jumps, at, &[], &[], &mut [kinds, rests, jacobian]);
     }
 
     #[inline]
     fn jump_sensitivities(
         &self,
-        at: Point<'_>,
+        at: EvaluationPoint<'_>,
         udot: &[f64],
         s: &[f64],
         drests: &mut [f64],
@@ -326,44 +338,44 @@ impl<P: Perform> System for Executed<P> {
         self.0.perform(FunctionKind::JumpSensitivities, at, udot, s, results);
     }
 
-    fn taylor_series(&self) -> Result<KeptSeries, NoTaylor> {
+    fn taylor_series(&self) -> Result<KeptSeries, NoTaylorSeries> {
         match &self.0.program().taylor {
-            Ok(Taylor { unknowns, sensitivities }) => Ok(KeptSeries {
+            Ok(TaylorSeries { unknowns, sensitivities }) => Ok(KeptSeries {
                 unknowns: unknowns.n_kept(),
                 sensitivities: sensitivities.n_kept(),
                 has_branches: sensitivities.has_branches,
             }),
-            Err(program::NoTaylor::Algebraic) => Err(NoTaylor::Algebraic),
-            Err(program::NoTaylor::Delays) => Err(NoTaylor::Delays),
-            Err(program::NoTaylor::Arrays) => Err(NoTaylor::Arrays),
-            Err(program::NoTaylor::Functions) => Err(NoTaylor::Functions),
+            Err(program::NoTaylor::Algebraic) => Err(NoTaylorSeries::Algebraic),
+            Err(program::NoTaylor::Delays) => Err(NoTaylorSeries::Delays),
+            Err(program::NoTaylor::Arrays) => Err(NoTaylorSeries::Arrays),
+            Err(program::NoTaylor::Functions) => Err(NoTaylorSeries::Functions),
         }
     }
 
     fn taylor(
         &self,
-        at: Point<'_>,
+        at: EvaluationPoint<'_>,
         udot: &[f64],
         h: f64,
         order: usize,
-        kept: &mut [Terms],
+        kept: &mut [SeriesTerms],
         y: &mut [f64],
     ) {
-        let expansion = Expansion { udot, h, order, kept, y, s: &mut [] };
+        let expansion = SeriesComputation { udot, h, order, kept, y, s: &mut [] };
         self.0.interpreter().expand(at, |taylor| &taylor.unknowns, expansion);
     }
 
     fn sensitivity_taylor(
         &self,
-        at: Point<'_>,
+        at: EvaluationPoint<'_>,
         udot: &[f64],
         h: f64,
         order: usize,
-        kept: &mut [Terms],
+        kept: &mut [SeriesTerms],
         y: &mut [f64],
         s: &mut [f64],
     ) {
-        let expansion = Expansion { udot, h, order, kept, y, s };
+        let expansion = SeriesComputation { udot, h, order, kept, y, s };
         self.0.interpreter().expand(at, |taylor| &taylor.sensitivities, expansion);
     }
 }

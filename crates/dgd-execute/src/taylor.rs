@@ -1,15 +1,17 @@
 //! Taylor series of solutions, recurrence by recurrence.
 
-use dgd_compiler::program::{Entry, Factor, Program, Recurrence, Series, ValueId};
-use dgd_runtime::taylor::{self, MOST_ORDER, Terms};
+use dgd_compiler::program::{
+    ConstantFactor, MatrixEntry, Program, Recurrence, SharedSeries, ValueId,
+};
+use dgd_runtime::taylor::{self, MOST_ORDER, SeriesTerms};
 
 /// Inputs of the computation of series, and their destinations.
-pub(crate) struct Expansion<'a> {
+pub(crate) struct SeriesComputation<'a> {
     /// Inputs' slopes.
     pub(crate) udot: &'a [f64],
     pub(crate) h: f64,
     pub(crate) order: usize,
-    pub(crate) kept: &'a mut [Terms],
+    pub(crate) kept: &'a mut [SeriesTerms],
     pub(crate) y: &'a mut [f64],
     /// Series of the sensitivities, with order 0 given; empty without sensitivities.
     pub(crate) s: &'a mut [f64],
@@ -18,10 +20,10 @@ pub(crate) struct Expansion<'a> {
 /// Extends series from their initial values, `fixed`; `now` is work space for the coefficients of one order.
 pub(crate) fn expand(
     program: &Program,
-    series: &Series,
+    series: &SharedSeries,
     fixed: &[f64],
     now: &mut [f64],
-    expansion: &mut Expansion<'_>,
+    expansion: &mut SeriesComputation<'_>,
 ) {
     let (n, n_s) = (program.n(), program.signature.directions.len());
     let has_sensitivities = !expansion.s.is_empty();
@@ -35,8 +37,13 @@ pub(crate) fn expand(
             for (i, recurrence) in series.recurrences.iter().enumerate() {
                 if let Some(recurrence) = recurrence {
                     let kept = series.kept[i];
-                    now[i] =
-                        continued(*recurrence, kept, Values { series, fixed, now }, k, expansion);
+                    now[i] = continued(
+                        *recurrence,
+                        kept,
+                        OrderValues { series, fixed, now },
+                        k,
+                        expansion,
+                    );
                     if let Some(kept) = kept {
                         taylor::keep(&mut expansion.kept[kept], k, now[i]);
                     }
@@ -53,11 +60,13 @@ pub(crate) fn expand(
         for i in 0..n {
             for j in 0..n_s {
                 let mut g = 0.0;
-                for Entry { column, value, .. } in series.jacobian.iter().filter(|e| e.row == i) {
+                for MatrixEntry { column, value, .. } in
+                    series.jacobian.iter().filter(|e| e.row == i)
+                {
                     let place = |order: usize| (order * n + column) * n_s + j;
                     match series.kept[value.index()].filter(|_| series.moves(*value)) {
                         Some(own) if k > 0 => {
-                            let mut lane: Terms = [0.0; MOST_ORDER + 1];
+                            let mut lane: SeriesTerms = [0.0; MOST_ORDER + 1];
                             for (order, lane) in lane.iter_mut().enumerate().take(k + 1) {
                                 *lane = expansion.s[place(order)];
                             }
@@ -66,7 +75,9 @@ pub(crate) fn expand(
                         _ => g += fixed[value.index()] * expansion.s[place(k)],
                     }
                 }
-                for Entry { column, value, .. } in series.directions.iter().filter(|e| e.row == i) {
+                for MatrixEntry { column, value, .. } in
+                    series.directions.iter().filter(|e| e.row == i)
+                {
                     if *column == j && (k == 0 || series.moves(*value)) {
                         g += now[value.index()];
                     }
@@ -77,7 +88,7 @@ pub(crate) fn expand(
     }
 }
 
-fn keep(series: &Series, now: &[f64], k: usize, kept: &mut [Terms]) {
+fn keep(series: &SharedSeries, now: &[f64], k: usize, kept: &mut [SeriesTerms]) {
     for (own, value) in series.kept.iter().zip(now) {
         if let Some(own) = own {
             taylor::keep(&mut kept[*own], k, *value);
@@ -87,8 +98,8 @@ fn keep(series: &Series, now: &[f64], k: usize, kept: &mut [Terms]) {
 
 /// Values of one order, and the storage of their series.
 #[derive(Clone, Copy)]
-struct Values<'a> {
-    series: &'a Series,
+struct OrderValues<'a> {
+    series: &'a SharedSeries,
     fixed: &'a [f64],
     now: &'a [f64],
 }
@@ -97,16 +108,16 @@ struct Values<'a> {
 fn continued(
     recurrence: Recurrence,
     own: Option<usize>,
-    values: Values<'_>,
+    values: OrderValues<'_>,
     k: usize,
-    expansion: &Expansion<'_>,
+    expansion: &SeriesComputation<'_>,
 ) -> f64 {
-    let Values { series, fixed, now } = values;
-    let kept = |value: ValueId| -> &Terms {
+    let OrderValues { series, fixed, now } = values;
+    let kept = |value: ValueId| -> &SeriesTerms {
         let number = series.kept[value.index()];
         &expansion.kept[number.unwrap_or_else(|| unreachable!("what is read is kept"))]
     };
-    let itself = || -> &Terms {
+    let itself = || -> &SeriesTerms {
         &expansion.kept[own.unwrap_or_else(|| unreachable!("what reads itself is kept"))]
     };
     let now = |value: ValueId| now[value.index()];
@@ -117,9 +128,9 @@ fn continued(
         Recurrence::Unknown(i) => expansion.y[k * series.f.len() + i as usize],
         Recurrence::Linear { first, count } => {
             let terms = series.terms[first..first + count].iter().map(|(factor, a)| match factor {
-                Factor::One => now(*a),
-                Factor::MinusOne => -now(*a),
-                Factor::Of(c) => fixed(*c) * now(*a),
+                ConstantFactor::One => now(*a),
+                ConstantFactor::MinusOne => -now(*a),
+                ConstantFactor::Of(c) => fixed(*c) * now(*a),
             });
             terms.reduce(|sum, term| sum + term).unwrap_or(0.0)
         }

@@ -13,7 +13,7 @@ use std::fmt::{self, Write as _};
 
 use dgd_runtime::Direction;
 
-use crate::{Bound, Estimate};
+use crate::{BoundReached, ParameterEstimate};
 
 /// A store of results.
 pub trait Journal: fmt::Debug + Sync {
@@ -31,9 +31,9 @@ pub trait Journal: fmt::Debug + Sync {
 
 /// A journal that stores nothing.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Forgetful;
+pub struct NoJournal;
 
-impl Journal for Forgetful {
+impl Journal for NoJournal {
     fn find(&self, _key: u128) -> Option<Vec<u8>> {
         None
     }
@@ -47,16 +47,17 @@ impl Journal for Forgetful {
 
 /// A journal, and the arguments of all its results that are not in their keys.
 #[derive(Debug, Clone, Copy)]
-pub struct Keeping<'a> {
+pub struct JournalScope<'a> {
     /// The store.
     pub journal: &'a dyn Journal,
     /// Digest of arguments outside of the computation, such as the text of a model.
     pub of: Digest,
 }
 
-impl Keeping<'_> {
+impl JournalScope<'_> {
     /// A journal that stores nothing.
-    pub const NOTHING: Keeping<'static> = Keeping { journal: &Forgetful, of: Digest::EMPTY };
+    pub const NOTHING: JournalScope<'static> =
+        JournalScope { journal: &NoJournal, of: Digest::EMPTY };
 
     /// The digest of further arguments appended to the common ones; `None` if nothing is stored.
     pub fn digest(&self, arguments: impl FnOnce(Digest) -> Digest) -> Option<Digest> {
@@ -65,7 +66,7 @@ impl Keeping<'_> {
 }
 
 /// The result under a key; computed and stored if it is not there.
-pub fn kept<T: Kept>(journal: &dyn Journal, key: u128, compute: impl FnOnce() -> T) -> T {
+pub fn kept<T: Journaled>(journal: &dyn Journal, key: u128, compute: impl FnOnce() -> T) -> T {
     let computed = kept_success(journal, key, || Ok::<T, Infallible>(compute()));
     computed.unwrap_or_else(|never| match never {})
 }
@@ -75,7 +76,7 @@ pub fn kept<T: Kept>(journal: &dyn Journal, key: u128, compute: impl FnOnce() ->
 /// # Errors
 ///
 /// That of the computation.
-pub fn kept_success<T: Kept, E>(
+pub fn kept_success<T: Journaled, E>(
     journal: &dyn Journal,
     key: u128,
     compute: impl FnOnce() -> Result<T, E>,
@@ -119,7 +120,7 @@ impl Digest {
 
     /// The digest with the `{:?}` output of a value, which distinguishes all finite numbers, and a terminator appended.
     #[must_use]
-    pub fn of(mut self, value: &dyn fmt::Debug) -> Self {
+    pub fn debug(mut self, value: &dyn fmt::Debug) -> Self {
         // Writing to a digest cannot fail.
         let _ = write!(self, "{value:?}");
         self.bytes(&[0])
@@ -139,7 +140,7 @@ impl fmt::Write for Digest {
 }
 
 /// Values that can be stored bit-exactly.
-pub trait Kept: Sized {
+pub trait Journaled: Sized {
     /// Appends its bytes.
     fn write(&self, bytes: &mut Vec<u8>);
 
@@ -147,24 +148,24 @@ pub trait Kept: Sized {
     fn read(bytes: &mut &[u8]) -> Option<Self>;
 }
 
-/// Implements [`Kept`] for a struct whose fields all do: `keep_by_fields!(Point { x, y })`.
+/// Implements [`Journaled`] for a struct whose fields all do: `keep_by_fields!(Point { x, y })`.
 #[macro_export]
 macro_rules! keep_by_fields {
     ($of:ty { $($field:ident),+ }) => {
-        impl $crate::journal::Kept for $of {
+        impl $crate::journal::Journaled for $of {
             fn write(&self, bytes: &mut Vec<u8>) {
                 let Self { $($field),+ } = self;
-                $($crate::journal::Kept::write($field, bytes);)+
+                $($crate::journal::Journaled::write($field, bytes);)+
             }
 
             fn read(bytes: &mut &[u8]) -> Option<Self> {
-                Some(Self { $($field: $crate::journal::Kept::read(bytes)?),+ })
+                Some(Self { $($field: $crate::journal::Journaled::read(bytes)?),+ })
             }
         }
     };
 }
 
-impl Kept for u64 {
+impl Journaled for u64 {
     fn write(&self, bytes: &mut Vec<u8>) {
         bytes.extend(self.to_le_bytes());
     }
@@ -176,7 +177,7 @@ impl Kept for u64 {
     }
 }
 
-impl Kept for usize {
+impl Journaled for usize {
     fn write(&self, bytes: &mut Vec<u8>) {
         (*self as u64).write(bytes);
     }
@@ -186,7 +187,7 @@ impl Kept for usize {
     }
 }
 
-impl Kept for f64 {
+impl Journaled for f64 {
     fn write(&self, bytes: &mut Vec<u8>) {
         self.to_bits().write(bytes);
     }
@@ -196,7 +197,7 @@ impl Kept for f64 {
     }
 }
 
-impl Kept for bool {
+impl Journaled for bool {
     fn write(&self, bytes: &mut Vec<u8>) {
         bytes.push(u8::from(*self));
     }
@@ -212,7 +213,7 @@ impl Kept for bool {
     }
 }
 
-impl Kept for String {
+impl Journaled for String {
     fn write(&self, bytes: &mut Vec<u8>) {
         self.len().write(bytes);
         bytes.extend(self.as_bytes());
@@ -226,7 +227,7 @@ impl Kept for String {
     }
 }
 
-impl<T: Kept> Kept for Option<T> {
+impl<T: Journaled> Journaled for Option<T> {
     fn write(&self, bytes: &mut Vec<u8>) {
         self.is_some().write(bytes);
         if let Some(value) = self {
@@ -239,7 +240,7 @@ impl<T: Kept> Kept for Option<T> {
     }
 }
 
-impl<T: Kept, E: Kept> Kept for Result<T, E> {
+impl<T: Journaled, E: Journaled> Journaled for Result<T, E> {
     fn write(&self, bytes: &mut Vec<u8>) {
         self.is_ok().write(bytes);
         match self {
@@ -253,7 +254,7 @@ impl<T: Kept, E: Kept> Kept for Result<T, E> {
     }
 }
 
-impl<T: Kept> Kept for Vec<T> {
+impl<T: Journaled> Journaled for Vec<T> {
     fn write(&self, bytes: &mut Vec<u8>) {
         self.len().write(bytes);
         for value in self {
@@ -272,7 +273,7 @@ impl<T: Kept> Kept for Vec<T> {
     }
 }
 
-impl<A: Kept, B: Kept> Kept for (A, B) {
+impl<A: Journaled, B: Journaled> Journaled for (A, B) {
     fn write(&self, bytes: &mut Vec<u8>) {
         self.0.write(bytes);
         self.1.write(bytes);
@@ -283,7 +284,7 @@ impl<A: Kept, B: Kept> Kept for (A, B) {
     }
 }
 
-impl<T: Kept, const N: usize> Kept for [T; N] {
+impl<T: Journaled, const N: usize> Journaled for [T; N] {
     fn write(&self, bytes: &mut Vec<u8>) {
         for value in self {
             value.write(bytes);
@@ -296,7 +297,7 @@ impl<T: Kept, const N: usize> Kept for [T; N] {
     }
 }
 
-impl Kept for Direction {
+impl Journaled for Direction {
     fn write(&self, bytes: &mut Vec<u8>) {
         let (is_start, place) = match *self {
             Self::Parameter(place) => (false, place),
@@ -306,12 +307,12 @@ impl Kept for Direction {
     }
 
     fn read(bytes: &mut &[u8]) -> Option<Self> {
-        let (is_start, place) = Kept::read(bytes)?;
+        let (is_start, place) = Journaled::read(bytes)?;
         Some(if is_start { Self::Start(place) } else { Self::Parameter(place) })
     }
 }
 
-impl Kept for Bound {
+impl Journaled for BoundReached {
     fn write(&self, bytes: &mut Vec<u8>) {
         (*self == Self::Upper).write(bytes);
     }
@@ -321,7 +322,7 @@ impl Kept for Bound {
     }
 }
 
-keep_by_fields!(Estimate { name, of, recording, value, std, at_bound });
+keep_by_fields!(ParameterEstimate { name, of, recording, value, std, at_bound });
 
 #[cfg(test)]
 mod tests {
@@ -336,10 +337,10 @@ mod tests {
             0x343e_1662_793c_64bf_6f0d_3597_ba44_6f18
         );
         // Adjacent values do not merge.
-        let of = |a: &str, b: &str| Digest::EMPTY.of(&a).of(&b);
+        let of = |a: &str, b: &str| Digest::EMPTY.debug(&a).debug(&b);
         assert_ne!(of("ab", "c"), of("a", "bc"));
         let (one, next) = (1.0_f64, 1.0_f64.next_up());
-        assert_ne!(Digest::EMPTY.of(&one), Digest::EMPTY.of(&next));
+        assert_ne!(Digest::EMPTY.debug(&one), Digest::EMPTY.debug(&next));
     }
 
     #[test]

@@ -42,26 +42,30 @@ mod variables;
 pub use error::{EstimateError, TrialFailed, TrialFailure, WrongLength, WrongReading};
 pub use intervals::bootstrap::{Bootstrap, bootstrap, percentiles};
 pub use intervals::information::{Information, information};
-pub use intervals::profile::{End, Profile, THRESHOLD, profile, profiles};
-pub use intervals::spread::{Part, Spread, SpreadAt, spread};
+pub use intervals::profile::{Profile, ProfileEnd, THRESHOLD, profile, profiles};
+pub use intervals::spread::{Jackknife, JackknifeBlock, SpreadAt, spread};
 pub use minimise::nelder_mead::{Simplex, SimplexRule, nelder_mead};
 pub use minimise::trust_region::{
-    Minimum, NormalEquations, Region, StoppingRule, Termination, minimise, minimise_watched,
+    Minimum, NormalEquations, StoppingRule, Termination, VariableRegion, minimise, minimise_watched,
 };
 pub use noise::loss::{Loss, LossAt};
-pub use noise::shape::Shape;
-pub use noise::{Judged, Noise, too_few_for_noise};
+pub use noise::shape::NoiseShape;
+pub use noise::{JudgedReading, NoiseSource, too_few_for_noise};
 pub use output_error::beginning::{NoiseCorrelation, counts_from};
 pub use output_error::fit::{Criteria, Fit};
-pub use output_error::linearised::{Departure, Nonlinear, nonlinear, operating_points};
+pub use output_error::linearised::{ModeDeparture, NonlinearModel, nonlinear, operating_points};
 pub use output_error::multi_start::points::{DrawnFrom, StartingPoints, starting_points};
 pub use output_error::multi_start::{
     LocalMinimum, MultiStart, PointEnd, fit_from, fit_from_drawn, fit_from_point,
 };
 pub use output_error::prior::Prior;
-pub use output_error::stepping::Stepping;
-pub use output_error::{Evaluation, OutputErrorProblem, Starts, evaluate, fit, fit_starts};
-pub use progress::{Of, Progress, Unwatched, Watch};
-pub use recording::{Derivatives, Misfit, Recording, outputs_of, outputs_with_sensitivities};
-pub use uncertainty::{Correlated, Estimate, Term, Undetermined};
-pub use variables::Bound;
+pub use output_error::stepping::FitStepping;
+pub use output_error::{
+    OutputErrorEvaluation, OutputErrorProblem, Starts, evaluate, fit, fit_starts,
+};
+pub use progress::{Monitor, NoMonitor, Progress, Total};
+pub use recording::{
+    DerivativeUse, OutputMisfit, Recording, outputs_of, outputs_with_sensitivities,
+};
+pub use uncertainty::{CombinationTerm, CorrelatedPair, ParameterEstimate, UndeterminedDirection};
+pub use variables::BoundReached;

@@ -2,12 +2,12 @@
 
 use std::fmt;
 
-use dgd_runtime::Watched;
+use dgd_runtime::RunMonitor;
 
 /// Receives progress of a long computation, and can cancel it.
 ///
 /// A cancelled computation returns its best result, marked with [`Termination::Stopped`](super::Termination).
-pub trait Watch: fmt::Debug + Sync {
+pub trait Monitor: fmt::Debug + Sync {
     /// Reports progress. Called between simulations, by any thread.
     fn advanced(&self, progress: Progress);
 
@@ -15,8 +15,8 @@ pub trait Watch: fmt::Debug + Sync {
     fn is_stopped(&self) -> bool;
 
     /// A flag that runs check before each step, if cancellation is possible there; it is set if and only if
-    /// [`Watch::is_stopped`].
-    fn watched(&self) -> Option<&'static Watched> {
+    /// [`Monitor::is_stopped`].
+    fn watched(&self) -> Option<&'static RunMonitor> {
         None
     }
 }
@@ -29,12 +29,12 @@ pub struct Progress {
     /// Number of items done.
     pub done: usize,
     /// Total number of items.
-    pub of: Of,
+    pub of: Total,
 }
 
 /// The total number of items.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Of {
+pub enum Total {
     /// An exact number.
     Exactly(usize),
     /// An upper limit, often far too high.
@@ -43,9 +43,9 @@ pub enum Of {
 
 /// Ignores progress and never cancels.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Unwatched;
+pub struct NoMonitor;
 
-impl Watch for Unwatched {
+impl Monitor for NoMonitor {
     fn advanced(&self, _progress: Progress) {}
 
     fn is_stopped(&self) -> bool {

@@ -2,14 +2,16 @@
 
 use dgd_runtime::for_identify::can_stream;
 use dgd_runtime::linearize::LinearAt;
-use dgd_runtime::model::{Model, Samples, observe, stream};
+use dgd_runtime::model::{Model, SampleReceiver, observe, stream};
 use dgd_runtime::signature::Distribution;
 use dgd_runtime::{Inputs, Observations, Options, Problem, simulate, simulate_with_sensitivities};
 
 use crate::error::TrialFailure;
 use crate::keep_by_fields;
-use crate::noise::density::{Counting, Likelihood, Seen, Spoilt, Term};
-use crate::noise::loss::Robust;
+use crate::noise::density::{
+    DensityTerm, LikelihoodSums, PredictedReading, SampleDefect, SampleWeighting,
+};
+use crate::noise::loss::RobustWeighting;
 use crate::output_error::linearised;
 
 /// One experiment.
@@ -83,21 +85,21 @@ impl Recording {
 
 /// Errors of the simulated samples of an output.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub struct Misfit {
+pub struct OutputMisfit {
     /// Samples that count.
     pub samples: usize,
     /// Sum of their squared errors, SI.
     pub squares: f64,
 }
 
-impl Misfit {
+impl OutputMisfit {
     /// The root-mean-square error, SI; `None` without samples.
     pub fn rms(self) -> Option<f64> {
         (self.samples > 0).then(|| (self.squares / self.samples as f64).sqrt())
     }
 }
 
-impl std::iter::Sum for Misfit {
+impl std::iter::Sum for OutputMisfit {
     fn sum<I: Iterator<Item = Self>>(all: I) -> Self {
         all.fold(Self::default(), |sum, one| Self {
             samples: sum.samples + one.samples,
@@ -108,7 +110,7 @@ impl std::iter::Sum for Misfit {
 
 /// Whether derivatives are needed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Derivatives {
+pub enum DerivativeUse {
     /// Outputs only.
     No,
     /// Outputs and their sensitivities.
@@ -128,7 +130,7 @@ pub fn outputs_of(
     p: &[f64],
     start: &[(usize, f64)],
     options: &Options,
-    derivatives: Derivatives,
+    derivatives: DerivativeUse,
 ) -> Result<Observations, TrialFailure> {
     let problem = Problem { system: &system, p, inputs: &recording.inputs, start };
     if let Some(at) = &recording.linear {
@@ -136,8 +138,8 @@ pub fn outputs_of(
             .map_err(|error| TrialFailure::NotLinearised(Box::new(error)));
     }
     let solution = match derivatives {
-        Derivatives::No => simulate(&problem, &recording.times, options),
-        Derivatives::Yes => simulate_with_sensitivities(&problem, &recording.times, options),
+        DerivativeUse::No => simulate(&problem, &recording.times, options),
+        DerivativeUse::Yes => simulate_with_sensitivities(&problem, &recording.times, options),
     };
     match solution {
         Ok(solution) => Ok(observe(&problem, &solution)),
@@ -157,12 +159,12 @@ pub fn outputs_with_sensitivities(
     start: &[(usize, f64)],
     options: &Options,
 ) -> Result<Observations, TrialFailure> {
-    outputs_of(system, recording, p, start, options, Derivatives::Yes)
+    outputs_of(system, recording, p, start, options, DerivativeUse::Yes)
 }
 
 /// A direction of the model as a variable of the fit.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Column {
+pub(crate) struct DirectionColumn {
     /// Position among the model's directions.
     pub direction: usize,
     /// ∂θ/∂z: derivative of the direction θ with respect to the variable z.
@@ -172,7 +174,7 @@ pub(crate) struct Column {
 /// Contributions of the samples of one output of one recording, in the output's SI unit: the weight is applied when
 /// they are added up.
 #[derive(Debug, Clone, PartialEq, Default)]
-pub(crate) struct Sums {
+pub(crate) struct OutputSums {
     /// Samples that count.
     pub samples: usize,
     /// Samples without defined sensitivities, which only add to Σe².
@@ -184,12 +186,12 @@ pub(crate) struct Sums {
     /// Σ w (∂e/∂z)(∂e/∂z)ᵀ.
     pub information: Vec<f64>,
     /// Additional sums under a loss other than squares; for squares, all w are 1.
-    pub robust: Option<Robust>,
+    pub robust: Option<RobustWeighting>,
     /// Their likelihood, if they contribute by it: the sums are then weighted.
-    pub likelihood: Option<Likelihood>,
+    pub likelihood: Option<LikelihoodSums>,
 }
 
-keep_by_fields!(Sums {
+keep_by_fields!(OutputSums {
     samples,
     without_sensitivity,
     squares,
@@ -199,13 +201,14 @@ keep_by_fields!(Sums {
     likelihood
 });
 
-impl Sums {
-    fn zeros(n: usize, counting: Counting<'_>) -> Self {
+impl OutputSums {
+    fn zeros(n: usize, counting: SampleWeighting<'_>) -> Self {
         Self {
             gradient: vec![0.0; n],
             information: vec![0.0; n * n],
-            robust: matches!(counting, Counting::Robust(_)).then(|| Robust::zeros(n)),
-            likelihood: counting.distribution().map(|_| Likelihood::default()),
+            robust: matches!(counting, SampleWeighting::Robust(_))
+                .then(|| RobustWeighting::zeros(n)),
+            likelihood: counting.distribution().map(|_| LikelihoodSums::default()),
             ..Self::default()
         }
     }
@@ -226,10 +229,10 @@ impl Sums {
 
     /// Adds a sample: its error e and ∂e/∂z.
     #[inline]
-    fn add(&mut self, e: f64, slopes: &[f64], counting: Counting<'_>) {
+    fn add(&mut self, e: f64, slopes: &[f64], counting: SampleWeighting<'_>) {
         self.samples += 1;
         self.squares += e * e;
-        if let (Counting::Robust(scaled), Some(robust)) = (counting, &mut self.robust) {
+        if let (SampleWeighting::Robust(scaled), Some(robust)) = (counting, &mut self.robust) {
             let weight = robust.add(e, slopes, scaled);
             self.add_slopes(e, slopes, |slope| weight * slope);
         } else {
@@ -240,8 +243,8 @@ impl Sums {
     /// Adds a sample by its likelihood: ∂w/∂z and ∂σ/∂z.
     fn add_likely(
         &mut self,
-        seen: Seen,
-        term: Term,
+        seen: PredictedReading,
+        term: DensityTerm,
         distribution: Distribution,
         slopes: &[f64],
         of_sigma: &[f64],
@@ -286,17 +289,17 @@ pub(crate) fn sums(
     observations: &Observations,
     of: SumsOf<'_>,
     output_name: impl Fn(usize) -> String,
-) -> Result<Vec<Sums>, TrialFailure> {
+) -> Result<Vec<OutputSums>, TrialFailure> {
     let SumsOf { columns, counting } = of;
     let n_w = observations.n_w;
-    let mut slopes = Slopes::of(columns);
+    let mut slopes = SampleSlopes::new(columns);
     let mut sums_of_outputs = Vec::with_capacity(n_w);
     for (output, counting) in counting.iter().copied().enumerate() {
-        let mut sums = Sums::zeros(columns.len(), counting);
+        let mut sums = OutputSums::zeros(columns.len(), counting);
         for (k, measured) in recording.counted(output) {
             let (w, dw) =
                 (observations.w(k), if columns.is_empty() { &[][..] } else { observations.dw(k) });
-            let sample = Sample { k, output, measured, w, dw };
+            let sample = SimulatedSample { k, output, measured, w, dw };
             if let Some(spoilt) = sample.add(&mut sums, counting, &mut slopes) {
                 return Err(spoilt.failure(output_name(output), recording.times[k]));
             }
@@ -312,7 +315,7 @@ pub(crate) fn write_slopes(
     dw: &[f64],
     n_w: usize,
     output: usize,
-    columns: &[Column],
+    columns: &[DirectionColumn],
     slopes: &mut [f64],
 ) {
     for (slope, column) in slopes.iter_mut().zip(columns) {
@@ -321,21 +324,21 @@ pub(crate) fn write_slopes(
 }
 
 /// Buffers for the derivatives of a sample.
-struct Slopes<'a> {
-    columns: &'a [Column],
+struct SampleSlopes<'a> {
+    columns: &'a [DirectionColumn],
     of_output: Vec<f64>,
     of_sigma: Vec<f64>,
 }
 
-impl<'a> Slopes<'a> {
-    fn of(columns: &'a [Column]) -> Self {
+impl<'a> SampleSlopes<'a> {
+    fn new(columns: &'a [DirectionColumn]) -> Self {
         let zeros = || vec![0.0; columns.len()];
         Self { columns, of_output: zeros(), of_sigma: zeros() }
     }
 }
 
 /// A measured sample, and the simulated outputs at its time with their sensitivities.
-struct Sample<'a> {
+struct SimulatedSample<'a> {
     k: usize,
     output: usize,
     measured: f64,
@@ -343,21 +346,21 @@ struct Sample<'a> {
     dw: &'a [f64],
 }
 
-impl Sample<'_> {
+impl SimulatedSample<'_> {
     /// Adds it to the sums of its output, or returns its defect.
     #[inline]
     fn add(
         &self,
-        sums: &mut Sums,
-        counting: Counting<'_>,
-        slopes: &mut Slopes<'_>,
-    ) -> Option<Spoilt> {
+        sums: &mut OutputSums,
+        counting: SampleWeighting<'_>,
+        slopes: &mut SampleSlopes<'_>,
+    ) -> Option<SampleDefect> {
         let Self { k, output, measured, w, dw } = *self;
-        let Slopes { columns, of_output, of_sigma } = slopes;
+        let SampleSlopes { columns, of_output, of_sigma } = slopes;
         let Some(distribution) = counting.distribution() else {
             let e = w[output] - measured;
             if !e.is_finite() {
-                return Some(Spoilt::NotFinite);
+                return Some(SampleDefect::NotFinite);
             }
             if !columns.is_empty() {
                 write_slopes(dw, w.len(), output, columns, of_output);
@@ -365,7 +368,8 @@ impl Sample<'_> {
             sums.add(e, of_output, counting);
             return None;
         };
-        let reading = Seen { measured, simulated: w[output], sigma: counting.deviation(k, w) };
+        let reading =
+            PredictedReading { measured, simulated: w[output], sigma: counting.deviation(k, w) };
         let shape = counting.shape();
         let spoilt =
             reading.spoilt(distribution).or_else(|| shape.and_then(|shape| shape.spoilt(reading)));
@@ -398,8 +402,8 @@ impl Sample<'_> {
 /// Settings for sums: variables of the derivatives, and contributions of the samples of each output.
 #[derive(Clone, Copy)]
 pub(crate) struct SumsOf<'a> {
-    pub(crate) columns: &'a [Column],
-    pub(crate) counting: &'a [Counting<'a>],
+    pub(crate) columns: &'a [DirectionColumn],
+    pub(crate) counting: &'a [SampleWeighting<'a>],
 }
 
 /// [`sums`] of a simulation, with derivatives; if possible, each sample is added as it is reached.
@@ -411,13 +415,13 @@ pub(crate) fn simulated_sums(
     options: &Options,
     of: SumsOf<'_>,
     output_name: impl Fn(usize) -> String,
-) -> Result<Vec<Sums>, TrialFailure> {
+) -> Result<Vec<OutputSums>, TrialFailure> {
     let problem = Problem { system: &system, p, inputs: &recording.inputs, start };
     if recording.linear.is_some() || !can_stream(&problem, options) {
-        let observations = outputs_of(system, recording, p, start, options, Derivatives::Yes)?;
+        let observations = outputs_of(system, recording, p, start, options, DerivativeUse::Yes)?;
         return sums(recording, &observations, of, output_name);
     }
-    let mut adding = Adding::new(recording, of);
+    let mut adding = StreamingSums::new(recording, of);
     stream(&problem, &recording.times, options, &mut adding).map_err(TrialFailure::Simulation)?;
     match adding.spoilt {
         None => Ok(adding.sums),
@@ -426,19 +430,19 @@ pub(crate) fn simulated_sums(
 }
 
 /// Adds samples during a simulation.
-struct Adding<'a> {
+struct StreamingSums<'a> {
     /// Measured values of each output, empty if it was not measured.
     measured: Vec<&'a [f64]>,
     /// Samples before this one do not count.
     first: usize,
-    counting: &'a [Counting<'a>],
-    slopes: Slopes<'a>,
-    sums: Vec<Sums>,
+    counting: &'a [SampleWeighting<'a>],
+    slopes: SampleSlopes<'a>,
+    sums: Vec<OutputSums>,
     /// The first measured sample that cannot be compared, and its output.
-    spoilt: Option<(usize, usize, Spoilt)>,
+    spoilt: Option<(usize, usize, SampleDefect)>,
 }
 
-impl<'a> Adding<'a> {
+impl<'a> StreamingSums<'a> {
     fn new(recording: &'a Recording, of: SumsOf<'a>) -> Self {
         let SumsOf { columns, counting } = of;
         Self {
@@ -449,14 +453,14 @@ impl<'a> Adding<'a> {
                 .collect(),
             first: recording.times.partition_point(|t| *t < recording.counts_from),
             counting,
-            slopes: Slopes::of(columns),
-            sums: counting.iter().map(|of| Sums::zeros(columns.len(), *of)).collect(),
+            slopes: SampleSlopes::new(columns),
+            sums: counting.iter().map(|of| OutputSums::zeros(columns.len(), *of)).collect(),
             spoilt: None,
         }
     }
 }
 
-impl Samples for Adding<'_> {
+impl SampleReceiver for StreamingSums<'_> {
     #[inline]
     fn wants(&mut self, k: usize) -> bool {
         let counts = |samples: &&[f64]| samples.get(k).is_some_and(|value| value.is_finite());
@@ -467,7 +471,7 @@ impl Samples for Adding<'_> {
     fn take(&mut self, k: usize, w: &[f64], dw: &[f64]) {
         for (output, (sums, samples)) in self.sums.iter_mut().zip(&self.measured).enumerate() {
             let Some(measured) = samples.get(k).filter(|value| value.is_finite()) else { continue };
-            let sample = Sample { k, output, measured: *measured, w, dw };
+            let sample = SimulatedSample { k, output, measured: *measured, w, dw };
             if let Some(spoilt) = sample.add(sums, self.counting[output], &mut self.slopes) {
                 self.spoilt.get_or_insert((k, output, spoilt));
             }

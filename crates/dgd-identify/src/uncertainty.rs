@@ -15,7 +15,7 @@ use dgd_runtime::Direction;
 use nalgebra::{DMatrix, DVector, SVD, SymmetricEigen};
 
 use crate::keep_by_fields;
-use crate::variables::Bound;
+use crate::variables::BoundReached;
 
 /// A variable is part of a combination from this share of its squares on.
 const TAKES_PART: f64 = 1e-4;
@@ -25,7 +25,7 @@ const NEGLIGIBLE: f64 = 1e-3;
 
 /// An estimated parameter or start value.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Estimate {
+pub struct ParameterEstimate {
     /// A parameter by its name, a start value as `x(0)`.
     pub name: String,
     /// The estimated quantity.
@@ -37,30 +37,30 @@ pub struct Estimate {
     /// Standard deviation, SI; `None` at a bound, and if the data does not determine the value.
     pub std: Option<f64>,
     /// The bound that was reached.
-    pub at_bound: Option<Bound>,
+    pub at_bound: Option<BoundReached>,
 }
 
 /// A term of a combination.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Term {
+pub struct CombinationTerm {
     /// Position among the estimates.
     pub estimate: usize,
     /// Its change, relative to its size; that of the largest is 1.
     pub change: f64,
 }
 
-keep_by_fields!(Term { estimate, change });
+keep_by_fields!(CombinationTerm { estimate, change });
 
 /// Changes of the estimates that together affect no output.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Undetermined {
+pub struct UndeterminedDirection {
     /// The changing estimates, in order.
-    pub terms: Vec<Term>,
+    pub terms: Vec<CombinationTerm>,
 }
 
 /// Two strongly correlated estimates.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Correlated {
+pub struct CorrelatedPair {
     /// Position among the estimates.
     pub first: usize,
     /// Position among the estimates.
@@ -78,7 +78,7 @@ pub(super) struct Uncertainty {
     pub covariance: DMatrix<f64>,
     /// Covariance of all z, including undetermined ones: the inverse of JᵀJ over the determined combinations.
     pub seen: DMatrix<f64>,
-    pub undetermined: Vec<Undetermined>,
+    pub undetermined: Vec<UndeterminedDirection>,
     /// For each z, (H⁻¹)ᵢᵢ over its variance: 1 if errors are weighted according to their scatter.
     pub worth: Vec<f64>,
 }
@@ -105,7 +105,7 @@ impl Uncertainty {
     }
 
     /// Drops the standard errors.
-    pub(super) fn forget(&mut self, estimates: &mut [Estimate]) {
+    pub(super) fn forget(&mut self, estimates: &mut [ParameterEstimate]) {
         for estimate in estimates {
             estimate.std = None;
         }
@@ -121,8 +121,8 @@ impl Uncertainty {
             if information[(i, i)] > 0.0 && information[(i, i)].is_finite() {
                 kept.push(i);
             } else {
-                let terms = vec![Term { estimate: i, change: 1.0 }];
-                undetermined.push(Undetermined { terms });
+                let terms = vec![CombinationTerm { estimate: i, change: 1.0 }];
+                undetermined.push(UndeterminedDirection { terms });
             }
         }
         let size = DVector::from_fn(kept.len(), |i, _| information[(kept[i], kept[i])].sqrt());
@@ -143,8 +143,8 @@ impl Uncertainty {
             if r.column(i).norm() > 0.0 {
                 kept.push(i);
             } else {
-                let terms = vec![Term { estimate: i, change: 1.0 }];
-                undetermined.push(Undetermined { terms });
+                let terms = vec![CombinationTerm { estimate: i, change: 1.0 }];
+                undetermined.push(UndeterminedDirection { terms });
             }
         }
         let size = DVector::from_fn(kept.len(), |i, _| r.column(kept[i]).norm());
@@ -171,7 +171,7 @@ impl Uncertainty {
         vectors: &DMatrix<f64>,
         values: &DVector<f64>,
         cutoff: f64,
-        mut undetermined: Vec<Undetermined>,
+        mut undetermined: Vec<UndeterminedDirection>,
     ) -> Self {
         let largest = values.iter().copied().fold(0.0, f64::max);
         let (seeing, blind): (Vec<usize>, Vec<usize>) =
@@ -184,10 +184,10 @@ impl Uncertainty {
             let largest = row.amax();
             let sign = row[row.iamax_full().1].signum();
             let terms = (0..seen.len())
-                .map(|i| Term { estimate: seen[i], change: sign * row[i] / largest })
+                .map(|i| CombinationTerm { estimate: seen[i], change: sign * row[i] / largest })
                 .filter(|term| term.change.abs() > NEGLIGIBLE)
                 .collect();
-            undetermined.push(Undetermined { terms });
+            undetermined.push(UndeterminedDirection { terms });
         }
 
         let share = |i: usize| blind.iter().map(|k| vectors[(i, *k)].powi(2)).sum::<f64>();

@@ -11,18 +11,18 @@
 
 use dgd_runtime::for_identify::{parameter_size, start_values, unknown_sizes};
 use dgd_runtime::model::Model;
-use dgd_runtime::{Direction, InitialError, Point, Problem, Side, discrete_numbers};
+use dgd_runtime::{Direction, EvaluationPoint, InitialError, LimitSide, Problem, discrete_numbers};
 use dgd_runtime::{IntegrateError, Signature};
 
 use crate::error::{EstimateError, TrialFailed, TrialFailure};
-use crate::recording::{Column, Recording};
+use crate::recording::{DirectionColumn, Recording};
 
 /// Limit on the factor by which a step of a search changes a quantity with a logarithmic variable.
 pub(crate) const LARGEST_FACTOR: f64 = 10.0;
 
 /// A bound that an estimate has reached.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Bound {
+pub enum BoundReached {
     /// The lower.
     Lower,
     /// The upper.
@@ -31,33 +31,33 @@ pub enum Bound {
 
 /// A variable of the fit.
 #[derive(Debug, Clone, PartialEq)]
-pub(crate) struct Variable {
+pub(crate) struct FitVariable {
     /// The quantity.
     pub of: Direction,
     /// The recording, for a start value.
     pub recording: Option<usize>,
     /// Position among the model's directions.
     direction: usize,
-    pub scale: Scale,
+    pub scale: VariableScale,
     /// Bounds of the quantity, SI.
     lower: f64,
     upper: f64,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) enum Scale {
+pub(crate) enum VariableScale {
     /// θ = z · size
     Linear(f64),
     /// θ = exp z
     Logarithm,
 }
 
-impl Variable {
+impl FitVariable {
     /// θ, SI.
     pub(crate) fn value(&self, z: f64) -> f64 {
         let value = match self.scale {
-            Scale::Linear(size) => z * size,
-            Scale::Logarithm => z.exp(),
+            VariableScale::Linear(size) => z * size,
+            VariableScale::Logarithm => z.exp(),
         };
         // Snaps to the bound in spite of rounding errors.
         value.clamp(self.lower, self.upper)
@@ -66,34 +66,34 @@ impl Variable {
     /// z of a value in SI.
     pub(crate) fn variable(&self, value: f64) -> f64 {
         match self.scale {
-            Scale::Linear(size) => value / size,
-            Scale::Logarithm => value.ln(),
+            VariableScale::Linear(size) => value / size,
+            VariableScale::Logarithm => value.ln(),
         }
     }
 
     /// ∂θ/∂z.
     pub(crate) fn slope(&self, z: f64) -> f64 {
         match self.scale {
-            Scale::Linear(size) => size,
-            Scale::Logarithm => z.exp(),
+            VariableScale::Linear(size) => size,
+            VariableScale::Logarithm => z.exp(),
         }
     }
 
     /// Limit on a step of a search.
     pub(crate) fn reach(&self) -> f64 {
         match self.scale {
-            Scale::Linear(_) => f64::INFINITY,
-            Scale::Logarithm => LARGEST_FACTOR.ln(),
+            VariableScale::Linear(_) => f64::INFINITY,
+            VariableScale::Logarithm => LARGEST_FACTOR.ln(),
         }
     }
 
     /// The bound at which z lies.
-    pub(crate) fn bound(&self, z: f64) -> Option<Bound> {
+    pub(crate) fn bound(&self, z: f64) -> Option<BoundReached> {
         let (low, high) = self.bounds();
         if z <= low {
-            Some(Bound::Lower)
+            Some(BoundReached::Lower)
         } else if z >= high {
-            Some(Bound::Upper)
+            Some(BoundReached::Upper)
         } else {
             None
         }
@@ -102,23 +102,23 @@ impl Variable {
     /// Bounds of z.
     pub(crate) fn bounds(&self) -> (f64, f64) {
         match self.scale {
-            Scale::Linear(_) => (self.variable(self.lower), self.variable(self.upper)),
-            Scale::Logarithm => (self.lower.max(0.0).ln(), self.upper.ln()),
+            VariableScale::Linear(_) => (self.variable(self.lower), self.variable(self.upper)),
+            VariableScale::Logarithm => (self.lower.max(0.0).ln(), self.upper.ln()),
         }
     }
 }
 
 /// All variables of a fit.
 #[derive(Debug, Clone, PartialEq)]
-pub(crate) struct Variables {
-    pub all: Vec<Variable>,
+pub(crate) struct FitVariables {
+    pub all: Vec<FitVariable>,
     /// Number of leading variables that are parameters.
     pub n_shared: usize,
     /// Number of start values of each recording.
     pub n_start: usize,
 }
 
-impl Variables {
+impl FitVariables {
     /// Variables for the free directions, and their initial values.
     pub(crate) fn new(
         system: &dyn Model,
@@ -134,12 +134,12 @@ impl Variables {
             let Direction::Parameter(i) = of else { continue };
             let parameter = &signature.parameters[i];
             let scale = if parameter.log {
-                Scale::Logarithm
+                VariableScale::Logarithm
             } else {
-                Scale::Linear(parameter_size(&system, i))
+                VariableScale::Linear(parameter_size(&system, i))
             };
             let (lower, upper) = (parameter.lower, parameter.upper);
-            let variable = Variable { of, recording: None, direction, scale, lower, upper };
+            let variable = FitVariable { of, recording: None, direction, scale, lower, upper };
             let value = p[i].clamp(lower, upper);
             if parameter.log && (value.is_nan() || value <= 0.0) {
                 let parameter = parameter.name.to_string();
@@ -157,11 +157,11 @@ impl Variables {
             unknown_sizes(&system, &start, &mut sizes);
             for (direction, of) in directions() {
                 let Direction::Start(i) = of else { continue };
-                let variable = Variable {
+                let variable = FitVariable {
                     of,
                     recording: Some(r),
                     direction,
-                    scale: Scale::Linear(sizes[i]),
+                    scale: VariableScale::Linear(sizes[i]),
                     lower: f64::NEG_INFINITY,
                     upper: f64::INFINITY,
                 };
@@ -179,7 +179,7 @@ impl Variables {
 
     /// Limit on a step in each.
     pub(crate) fn reach(&self) -> Vec<f64> {
-        self.all.iter().map(Variable::reach).collect()
+        self.all.iter().map(FitVariable::reach).collect()
     }
 
     /// Number of variables that are not at a bound, the degrees of freedom that they use.
@@ -198,10 +198,13 @@ impl Variables {
     }
 
     /// A recording's own variables as columns of the outputs' sensitivities.
-    pub(crate) fn columns(&self, recording: usize, z: &[f64]) -> Vec<Column> {
+    pub(crate) fn columns(&self, recording: usize, z: &[f64]) -> Vec<DirectionColumn> {
         (0..self.n_shared + self.n_start)
             .map(|i| self.position(recording, i))
-            .map(|i| Column { direction: self.all[i].direction, slope: self.all[i].slope(z[i]) })
+            .map(|i| DirectionColumn {
+                direction: self.all[i].direction,
+                slope: self.all[i].slope(z[i]),
+            })
             .collect()
     }
 
@@ -250,11 +253,11 @@ pub(crate) fn first_start(
     let mut y = vec![0.0; system.signature().unknowns.len()];
     let Some(&t) = recording.times.first() else { return Ok(y) };
     let mut u = vec![0.0; recording.inputs.len()];
-    recording.inputs.value(t, Side::Right, u.as_mut());
+    recording.inputs.value(t, LimitSide::Right, u.as_mut());
     let problem =
         Problem { system: &system, p, inputs: &recording.inputs, start: &recording.start };
     let z = discrete_numbers(&system, p, t);
-    let point = Point { t, y: &[], u: u.as_ref(), p, z: &z };
+    let point = EvaluationPoint { t, y: &[], u: u.as_ref(), p, z: &z };
     start_values(&problem, point, &mut y).map_err(failed)?;
     Ok(y)
 }

@@ -5,7 +5,7 @@ use std::fs::File;
 use std::path::{Path, PathBuf};
 use std::sync::{Mutex, PoisonError};
 
-use dgd_data::{Disk, Sha256Digest};
+use dgd_data::{DiskFiles, Sha256Digest};
 use dgd_identify::journal::Digest;
 use dgd_work::{FOLDER, digest_of_texts};
 
@@ -28,7 +28,7 @@ impl Names {
         let Identity { version, build, platform, arithmetic } = identity;
         Names {
             folder: folder.to_owned(),
-            of: Digest::EMPTY.of(&"dgd piece 1").of(&(version, build, platform, arithmetic)),
+            of: Digest::EMPTY.debug(&"dgd piece 1").debug(&(version, build, platform, arithmetic)),
             models: Mutex::default(),
             data: Mutex::default(),
         }
@@ -39,8 +39,8 @@ impl Names {
         let model = self.model(piece);
         let files = || piece.data.iter().chain(&piece.valid);
         let data: Vec<Result<Sha256Digest, String>> = files().map(|file| self.data(file)).collect();
-        let digest = self.of.of(&(&piece.well, &piece.when, &piece.kind, piece.words()));
-        format!("{:032x}", digest.of(&(model, data)).value())
+        let digest = self.of.debug(&(&piece.well, &piece.when, &piece.kind, piece.words()));
+        format!("{:032x}", digest.debug(&(model, data)).value())
     }
 
     /// The digest of the texts of its model and of its effects.
@@ -67,7 +67,7 @@ impl Names {
         if piece.kind == Kind::Discover {
             folders.push(model.parent().unwrap_or(Path::new("")).join(FOLDER));
         }
-        let digest = digest_of_texts(&model, &apply, &folders, &Disk);
+        let digest = digest_of_texts(&model, &apply, &folders, &DiskFiles);
         lock(&self.models).insert(key_of_kind, digest.clone());
         digest
     }

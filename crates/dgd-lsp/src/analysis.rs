@@ -4,22 +4,22 @@ use std::collections::BTreeMap;
 use std::path::Path;
 
 use dgd_compiler::dae::assemble;
-use dgd_compiler::diagnostics::{Diagnostic, Diagnostics, Reported};
-use dgd_compiler::effects::{Application, Blending, Effect, apply};
+use dgd_compiler::diagnostics::{Diagnostic, Diagnostics, ErrorReported};
+use dgd_compiler::effects::{Effect, EffectApplication, EffectBlending, apply};
 use dgd_compiler::model::{Model, ModelOptions, resolve, resolve_noting};
 use dgd_compiler::pipeline::further_mistakes;
-use dgd_compiler::source::{Source, Sources, Span};
-use dgd_compiler::syntax::ast::{Ast, Name, Target};
-use dgd_compiler::syntax::imports::{self, Loaded};
+use dgd_compiler::source::{SourceMap, SourceText, Span};
+use dgd_compiler::syntax::ast::{Ast, EffectTarget, Name};
+use dgd_compiler::syntax::imports::{self, LoadedFiles};
 use dgd_compiler::syntax::parse;
 use dgd_compiler::units::Dimension;
 
-use crate::files::Files;
+use crate::files::OpenDocuments;
 
 /// A document with the first choice of each variant, as far as it can be analysed.
 pub(crate) struct Analysis {
     /// Sources, with the document itself first.
-    pub(crate) sources: Sources,
+    pub(crate) sources: SourceMap,
     pub(crate) asts: Vec<Ast>,
     pub(crate) model: Option<Model>,
     /// Dimensions of expressions, by span.
@@ -30,17 +30,17 @@ pub(crate) struct Analysis {
 }
 
 /// Results for choices other than the first.
-pub(crate) struct Others {
+pub(crate) struct OtherChoices {
     diagnostics: Vec<Diagnostic>,
     dimensions: BTreeMap<Span, Dimension>,
 }
 
 /// Analyses the file at a path.
-pub(crate) fn analyse(path: &str, files: &Files) -> Analysis {
-    let (mut sources, mut diagnostics) = (Sources::default(), Diagnostics::default());
-    let main = Source { name: path.to_owned(), text: files.read(path).unwrap_or_default() };
+pub(crate) fn analyse(path: &str, files: &OpenDocuments) -> Analysis {
+    let (mut sources, mut diagnostics) = (SourceMap::default(), Diagnostics::default());
+    let main = SourceText { name: path.to_owned(), text: files.read(path).unwrap_or_default() };
     let mut read = |path: &str| files.read(path);
-    let Loaded { asts, holes } =
+    let LoadedFiles { asts, holes } =
         imports::load(vec![main], &mut read, &mut sources, &mut diagnostics);
     let mut dimensions = BTreeMap::new();
     let options = ModelOptions::default();
@@ -57,7 +57,7 @@ pub(crate) fn analyse(path: &str, files: &Files) -> Analysis {
         let mut problems = Diagnostics::default();
         model = resolve_noting(&asts, &options, Some(&mut dimensions), &mut problems).ok();
         if let Some(model) = model.as_ref().filter(|_| is_sound) {
-            let _: Result<_, Reported> = assemble(model, &mut problems);
+            let _: Result<_, ErrorReported> = assemble(model, &mut problems);
         }
         if is_sound {
             take(&problems, &mut diagnostics);
@@ -78,15 +78,15 @@ fn take(from: &Diagnostics, to: &mut Diagnostics) {
 /// Checks a library by itself: its functions, constants and `let`s, as in a model without other items.
 fn library(
     asts: &[Ast],
-    sources: &mut Sources,
+    sources: &mut SourceMap,
     dimensions: &mut BTreeMap<Span, Dimension>,
     diagnostics: &mut Diagnostics,
 ) {
     let mut problems = Diagnostics::default();
-    let main = Source { name: String::new(), text: "model library".to_owned() };
+    let main = SourceText { name: String::new(), text: "model library".to_owned() };
     let Ok(main) = parse(sources.add(main), sources, &mut problems) else { return };
     let trees: Vec<Ast> = std::iter::once(main).chain(asts.iter().cloned()).collect();
-    let _: Result<_, Reported> =
+    let _: Result<_, ErrorReported> =
         resolve_noting(&trees, &ModelOptions::default(), Some(dimensions), &mut problems);
     // A library does not need the other items that a model must have.
     let is_own =
@@ -100,37 +100,38 @@ fn library(
 fn effect(
     path: &str,
     ast: &Ast,
-    files: &Files,
-    sources: &mut Sources,
+    files: &OpenDocuments,
+    sources: &mut SourceMap,
     dimensions: &mut BTreeMap<Span, Dimension>,
     diagnostics: &mut Diagnostics,
 ) {
     let Ok(effect) = Effect::read(ast.clone(), diagnostics) else { return };
-    let Target::Model(name) = &effect.target else { return };
+    let EffectTarget::Model(name) = &effect.target else { return };
     let above = Path::new(path).ancestors().skip(2).take(2);
     let mut candidates = above.map(|f| f.join(format!("{}.dgd", name.text)).display().to_string());
     let Some(model) = candidates.find(|path| files.is_file(path)) else { return };
-    let main = Source { name: model.clone(), text: files.read(&model).unwrap_or_default() };
+    let main = SourceText { name: model.clone(), text: files.read(&model).unwrap_or_default() };
     let (mut read, mut own) = (|path: &str| files.read(path), Diagnostics::default());
-    let Loaded { asts, .. } = imports::load(vec![main], &mut read, sources, &mut own);
+    let LoadedFiles { asts, .. } = imports::load(vec![main], &mut read, sources, &mut own);
     // Errors of the model are reported in its own file.
     if own.check().is_err() || resolve(&asts, &ModelOptions::default(), &mut own).is_err() {
         return;
     }
     let application =
-        Application { effect: &effect, arguments: Vec::new(), span: effect.name.span };
-    let _: Result<_, Reported> = apply(&asts, &[application], Blending::Applied, diagnostics)
-        .and_then(|applied| {
-            let options = ModelOptions::default();
-            resolve_noting(&applied.asts, &options, Some(dimensions), diagnostics)
-        })
-        .and_then(|model| assemble(&model, diagnostics));
+        EffectApplication { effect: &effect, arguments: Vec::new(), span: effect.name.span };
+    let _: Result<_, ErrorReported> =
+        apply(&asts, &[application], EffectBlending::Applied, diagnostics)
+            .and_then(|applied| {
+                let options = ModelOptions::default();
+                resolve_noting(&applied.asts, &options, Some(dimensions), diagnostics)
+            })
+            .and_then(|model| assemble(&model, diagnostics));
 }
 
 impl Analysis {
     /// Errors in choices other than the first, one at a time, and dimensions in them; `None` once `goes_on` is false
     /// because newer work is waiting.
-    pub(crate) fn other_variants(&self, goes_on: &mut dyn FnMut() -> bool) -> Option<Others> {
+    pub(crate) fn other_variants(&self, goes_on: &mut dyn FnMut() -> bool) -> Option<OtherChoices> {
         let (mut own, mut dimensions) = (Diagnostics::default(), BTreeMap::new());
         for variant in self.model.iter().flat_map(|model| &model.variants) {
             for (_, choice) in
@@ -143,15 +144,16 @@ impl Analysis {
                 let variants = vec![(name(&variant.name), name(choice))];
                 let options = ModelOptions { variants, ..ModelOptions::default() };
                 let noted = Some(&mut dimensions);
-                let _: Result<_, Reported> = resolve_noting(&self.asts, &options, noted, &mut own)
-                    .and_then(|model| assemble(&model, &mut own));
+                let _: Result<_, ErrorReported> =
+                    resolve_noting(&self.asts, &options, noted, &mut own)
+                        .and_then(|model| assemble(&model, &mut own));
             }
         }
-        Some(Others { diagnostics: own.sorted().into_iter().cloned().collect(), dimensions })
+        Some(OtherChoices { diagnostics: own.sorted().into_iter().cloned().collect(), dimensions })
     }
 
     /// Adds the results of other choices.
-    pub(crate) fn add(&mut self, Others { diagnostics, dimensions }: Others) {
+    pub(crate) fn add(&mut self, OtherChoices { diagnostics, dimensions }: OtherChoices) {
         self.others = diagnostics;
         for (span, dimension) in dimensions {
             self.dimensions.entry(span).or_insert(dimension);

@@ -3,20 +3,20 @@
 use std::collections::BTreeMap;
 
 use dgd_compiler::source::Span;
-use dgd_compiler::syntax::ast::{Ast, ClauseKind, Expr, ExprKind, Factor};
-use dgd_compiler::syntax::visit::{Part, operands, parts_mut};
+use dgd_compiler::syntax::ast::{Ast, ClauseKind, Expr, ExprKind, FactorSide};
+use dgd_compiler::syntax::visit::{ItemPart, operands, parts_mut};
 use dgd_compiler::units::Dimension;
 
 use crate::analysis::Analysis;
 
 /// The dimension of a second.
-const SECOND: Dimension = Dimension::of([0, 0, 1, 0, 0, 0, 0]);
+const SECOND: Dimension = Dimension::from_exponents([0, 0, 1, 0, 0, 0, 0]);
 
 /// Calls `visit` with every top-level expression of a file.
 pub(crate) fn expressions(ast: &Ast, visit: &mut dyn FnMut(&Expr)) {
     for item in &ast.items {
         parts_mut(&mut item.clone(), &mut |part| {
-            if let Part::Expr(_, expr) = part {
+            if let ItemPart::Expr(_, expr) = part {
                 visit(expr);
             }
         });
@@ -83,8 +83,8 @@ fn of_operands(expr: &Expr, known: &BTreeMap<Span, Dimension>) -> Option<Dimensi
         ExprKind::Sum(terms) => terms.iter().find_map(|(_, term)| dimension(term)),
         ExprKind::Product(factors) => {
             factors.iter().try_fold(Dimension::ONE, |product, (how, factor)| match how {
-                Factor::Times => product.times(dimension(factor)?),
-                Factor::Over => product.over(dimension(factor)?),
+                FactorSide::Times => product.times(dimension(factor)?),
+                FactorSide::Over => product.divide(dimension(factor)?),
             })
         }
         _ => None,

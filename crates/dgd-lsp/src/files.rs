@@ -6,8 +6,8 @@ use std::io::Read as _;
 use std::path::{Path, PathBuf};
 
 use dgd_compiler::diagnostics::Diagnostics;
-use dgd_compiler::names::Names;
-use dgd_compiler::source::{Source, Sources};
+use dgd_compiler::names::NameTable;
+use dgd_compiler::source::{SourceMap, SourceText};
 use dgd_compiler::syntax::imports;
 use flate2::read::MultiGzDecoder;
 
@@ -17,12 +17,12 @@ const DEEPEST: usize = 8;
 
 /// Open documents by path, and the folders opened in the editor.
 #[derive(Debug, Default)]
-pub(crate) struct Files {
+pub(crate) struct OpenDocuments {
     pub(crate) open: BTreeMap<String, String>,
     pub(crate) folders: Vec<String>,
 }
 
-impl Files {
+impl OpenDocuments {
     /// The text of a file.
     pub(crate) fn read(&self, path: &str) -> Result<String, String> {
         match self.open.get(path) {
@@ -43,7 +43,7 @@ impl Files {
     }
 
     /// The names in all files of the project, and in files imported from elsewhere. The file `first` comes first.
-    pub(crate) fn names(&self, first: &str) -> (Names, Sources) {
+    pub(crate) fn names(&self, first: &str) -> (NameTable, SourceMap) {
         let mut paths = vec![first.to_owned()];
         let mut add = |path: String| {
             if !paths.contains(&path) && paths.len() < MOST_FILES {
@@ -62,12 +62,13 @@ impl Files {
         for folder in folders {
             collect(&folder, 0, &mut add);
         }
-        let source = |path: String| self.read(&path).ok().map(|text| Source { name: path, text });
-        let files: Vec<Source> = paths.into_iter().filter_map(source).collect();
-        let (mut sources, mut diagnostics) = (Sources::default(), Diagnostics::default());
+        let source =
+            |path: String| self.read(&path).ok().map(|text| SourceText { name: path, text });
+        let files: Vec<SourceText> = paths.into_iter().filter_map(source).collect();
+        let (mut sources, mut diagnostics) = (SourceMap::default(), Diagnostics::default());
         let mut read = |path: &str| self.read(path);
         let loaded = imports::load(files, &mut read, &mut sources, &mut diagnostics);
-        (Names::of(&loaded.asts, &sources), sources)
+        (NameTable::collect(&loaded.asts, &sources), sources)
     }
 }
 

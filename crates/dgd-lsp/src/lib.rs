@@ -19,7 +19,7 @@ use std::io::{BufReader, stdin, stdout};
 
 use lsp_server::Connection;
 
-type Failure = Box<dyn Error + Send + Sync>;
+type ServerFailure = Box<dyn Error + Send + Sync>;
 
 /// Serves an editor on standard input and output until it disconnects.
 ///

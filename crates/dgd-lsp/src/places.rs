@@ -3,12 +3,12 @@
 use std::fmt::Write as _;
 use std::str::FromStr;
 
-use dgd_compiler::source::{Columns, Lines, Sources, Span};
+use dgd_compiler::source::{ColumnUnit, LineStarts, SourceMap, Span};
 use lsp_types::{Location, Position, Range, Uri};
 
 /// The range of some bytes of a text.
-pub(crate) fn range(text: &str, bytes: std::ops::Range<usize>, columns: Columns) -> Range {
-    let lines = Lines::of(text);
+pub(crate) fn range(text: &str, bytes: std::ops::Range<usize>, columns: ColumnUnit) -> Range {
+    let lines = LineStarts::from_text(text);
     let position = |byte| {
         let (line, column) = lines.position(text, byte, columns);
         Position::new(line as u32, column as u32)
@@ -17,19 +17,19 @@ pub(crate) fn range(text: &str, bytes: std::ops::Range<usize>, columns: Columns)
 }
 
 /// The range of a span in its text.
-pub(crate) fn range_of(span: Span, sources: &Sources, columns: Columns) -> Range {
+pub(crate) fn range_of(span: Span, sources: &SourceMap, columns: ColumnUnit) -> Range {
     range(&sources.get(span.source).text, span.start as usize..span.end as usize, columns)
 }
 
 /// The location of a span, with its file; `None` if that has no URI.
-pub(crate) fn location(span: Span, sources: &Sources, columns: Columns) -> Option<Location> {
+pub(crate) fn location(span: Span, sources: &SourceMap, columns: ColumnUnit) -> Option<Location> {
     let uri = uri_of(&sources.get(span.source).name)?;
     Some(Location::new(uri, range_of(span, sources, columns)))
 }
 
 /// The byte at a position of a text.
-pub(crate) fn byte(text: &str, at: Position, columns: Columns) -> usize {
-    Lines::of(text).byte(text, at.line as usize, at.character as usize, columns)
+pub(crate) fn byte(text: &str, at: Position, columns: ColumnUnit) -> usize {
+    LineStarts::from_text(text).byte(text, at.line as usize, at.character as usize, columns)
 }
 
 /// The path of a file URI, with escapes such as `%20` decoded; other URIs are used as paths.

@@ -4,7 +4,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::time::Duration;
 
-use dgd_compiler::source::Columns;
+use dgd_compiler::source::ColumnUnit;
 use lsp_server::{Connection, ErrorCode, Message, Notification, Request, Response};
 use lsp_types::notification::{
     DidChangeTextDocument, DidCloseTextDocument, DidOpenTextDocument, LogMessage,
@@ -16,10 +16,10 @@ use lsp_types::{
 };
 use serde_json::{Value, json};
 
-use crate::Failure;
+use crate::ServerFailure;
 use crate::analysis::{Analysis, analyse};
-use crate::answer::{self, Context};
-use crate::files::Files;
+use crate::answer::{self, AnswerContext};
+use crate::files::OpenDocuments;
 use crate::places;
 
 /// Pause in typing after which other variants are analysed.
@@ -27,8 +27,8 @@ const PAUSE: Duration = Duration::from_millis(300);
 
 struct Server<'a> {
     connection: &'a Connection,
-    files: Files,
-    columns: Columns,
+    files: OpenDocuments,
+    columns: ColumnUnit,
     /// Documents changed since their last analysis, and since that of their other variants.
     changed: BTreeSet<String>,
     unfinished: BTreeSet<String>,
@@ -37,7 +37,7 @@ struct Server<'a> {
     versions: BTreeMap<String, i32>,
 }
 
-pub(crate) fn run(connection: &Connection) -> Result<(), Failure> {
+pub(crate) fn run(connection: &Connection) -> Result<(), ServerFailure> {
     let (id, params) = loop {
         let (id, params) = connection.initialize_start()?;
         match serde_json::from_value::<InitializeParams>(params) {
@@ -50,27 +50,27 @@ pub(crate) fn run(connection: &Connection) -> Result<(), Failure> {
     };
     let columns = columns(&params);
     let encoding = match columns {
-        Columns::Utf8 => PositionEncodingKind::UTF8,
-        Columns::Utf16 | Columns::Characters => PositionEncodingKind::UTF16,
+        ColumnUnit::Utf8 => PositionEncodingKind::UTF8,
+        ColumnUnit::Utf16 | ColumnUnit::Characters => PositionEncodingKind::UTF16,
     };
     let version = env!("CARGO_PKG_VERSION");
     let info = json!({ "name": "dgd", "version": version });
     let answer = json!({ "capabilities": answer::capabilities(encoding), "serverInfo": info });
     connection.initialize_finish(id, answer)?;
     let folders = folders(&params);
-    let files = Files { folders, ..Files::default() };
+    let files = OpenDocuments { folders, ..OpenDocuments::default() };
     let (changed, unfinished) = (BTreeSet::new(), BTreeSet::new());
     let (analyses, versions) = (BTreeMap::new(), BTreeMap::new());
     Server { connection, files, columns, changed, unfinished, analyses, versions }.serve()
 }
 
 /// UTF-8 if the editor supports it, else UTF-16, which every editor supports.
-fn columns(params: &InitializeParams) -> Columns {
+fn columns(params: &InitializeParams) -> ColumnUnit {
     let general = params.capabilities.general.as_ref();
     let encodings = general.and_then(|general| general.position_encodings.as_ref());
     match encodings {
-        Some(all) if all.contains(&PositionEncodingKind::UTF8) => Columns::Utf8,
-        Some(_) | None => Columns::Utf16,
+        Some(all) if all.contains(&PositionEncodingKind::UTF8) => ColumnUnit::Utf8,
+        Some(_) | None => ColumnUnit::Utf16,
     }
 }
 
@@ -85,7 +85,7 @@ fn folders(params: &InitializeParams) -> Vec<String> {
 }
 
 impl Server<'_> {
-    fn serve(mut self) -> Result<(), Failure> {
+    fn serve(mut self) -> Result<(), ServerFailure> {
         loop {
             let waits = !self.connection.receiver.is_empty();
             if !waits && let Some(path) = self.changed.pop_first() {
@@ -137,7 +137,7 @@ impl Server<'_> {
             let analysis = path.as_ref().and_then(|path| self.analyses.get(path));
             let (path, files, columns) =
                 (path.clone().unwrap_or_default(), &self.files, self.columns);
-            answer::answer(&method, params, &Context { path, files, columns, analysis })
+            answer::answer(&method, params, &AnswerContext { path, files, columns, analysis })
         }));
         match answered {
             Ok(Some(Ok(result))) => Response::new_ok(id, result),
@@ -156,7 +156,7 @@ impl Server<'_> {
     }
 
     /// Handles a notification. Invalid notifications change nothing: an opened document stays open.
-    fn take(&mut self, Notification { method, params }: Notification) -> Result<(), Failure> {
+    fn take(&mut self, Notification { method, params }: Notification) -> Result<(), ServerFailure> {
         let taken = catch_unwind(AssertUnwindSafe(|| self.understand(&method, params)));
         match taken {
             Ok(Ok(Some(closed))) => self.publish(&closed, Vec::new()),
@@ -215,7 +215,7 @@ impl Server<'_> {
     }
 
     /// Sends a line to the editor's log.
-    fn log(&self, text: &str) -> Result<(), Failure> {
+    fn log(&self, text: &str) -> Result<(), ServerFailure> {
         let params = json!({ "type": MessageType::WARNING, "message": text });
         let method = LogMessage::METHOD.to_owned();
         self.connection.sender.send(Notification { method, params }.into())?;
@@ -229,7 +229,7 @@ impl Server<'_> {
     }
 
     /// Analyses a document with the first choice of each variant.
-    fn look_at(&mut self, path: &str) -> Result<(), Failure> {
+    fn look_at(&mut self, path: &str) -> Result<(), ServerFailure> {
         let looked = catch_unwind(AssertUnwindSafe(|| analyse(path, &self.files)));
         let Ok(analysis) = looked else {
             // The earlier analysis belongs to an older text.
@@ -243,7 +243,7 @@ impl Server<'_> {
     }
 
     /// Analyses the other variants of a document, unless a newer message arrives.
-    fn finish(&mut self) -> Result<(), Failure> {
+    fn finish(&mut self) -> Result<(), ServerFailure> {
         let Some(path) = self.unfinished.pop_first() else { return Ok(()) };
         let Some(analysis) = self.analyses.get_mut(&path) else { return Ok(()) };
         let receiver = &self.connection.receiver;
@@ -263,7 +263,11 @@ impl Server<'_> {
         }
     }
 
-    fn publish(&self, path: &str, diagnostics: Vec<lsp_types::Diagnostic>) -> Result<(), Failure> {
+    fn publish(
+        &self,
+        path: &str,
+        diagnostics: Vec<lsp_types::Diagnostic>,
+    ) -> Result<(), ServerFailure> {
         let Some(uri) = places::uri_of(path) else { return Ok(()) };
         let version = self.versions.get(path).copied();
         let params = PublishDiagnosticsParams { uri, diagnostics, version };

@@ -8,7 +8,7 @@ use lsp_server::{Connection, ErrorCode, Message, Notification};
 use serde::de::IgnoredAny;
 use serde_json::json;
 
-use crate::{Failure, serve};
+use crate::{ServerFailure, serve};
 
 /// Limit on the bytes of a message. No model comes near it: a greater length is an error.
 const LARGEST: usize = 64 << 20;
@@ -23,7 +23,7 @@ const LENGTH: &[u8] = b"content-length:";
 pub(crate) fn serve_stream(
     input: impl BufRead + Send + 'static,
     output: impl Write + Send + 'static,
-) -> Result<(), Failure> {
+) -> Result<(), ServerFailure> {
     let (editor, server) = Connection::memory();
     let output = Arc::new(Mutex::new(output));
     let (sender, receiver) = (editor.sender, editor.receiver);
@@ -32,7 +32,7 @@ pub(crate) fn serve_stream(
         receiver.iter().try_for_each(|message| message.write(&mut *locked(&answers)))
     });
     let reader = thread::spawn(move || {
-        let mut frames = Frames { input, is_lost: false };
+        let mut frames = MessageFrames { input, is_lost: false };
         while let Some(frame) = frames.next()? {
             match frame.and_then(|text| message(&text)) {
                 Ok(message) => {
@@ -60,14 +60,14 @@ fn locked<T>(output: &Mutex<T>) -> std::sync::MutexGuard<'_, T> {
 }
 
 /// The reason why data is not a message.
-struct Mistake {
+struct MalformedMessage {
     code: ErrorCode,
     reason: String,
 }
 
-impl Mistake {
+impl MalformedMessage {
     fn new(code: ErrorCode, reason: impl Into<String>) -> Self {
-        Mistake { code, reason: reason.into() }
+        MalformedMessage { code, reason: reason.into() }
     }
 
     /// Writes an error without an id, as the protocol requires if no request could be read.
@@ -79,24 +79,24 @@ impl Mistake {
     }
 }
 
-fn message(text: &[u8]) -> Result<Message, Mistake> {
+fn message(text: &[u8]) -> Result<Message, MalformedMessage> {
     serde_json::from_slice(text).map_err(|error| {
         let is_json = serde_json::from_slice::<IgnoredAny>(text).is_ok();
         let code = if is_json { ErrorCode::InvalidRequest } else { ErrorCode::ParseError };
-        Mistake::new(code, format!("this is not a message: {error}"))
+        MalformedMessage::new(code, format!("this is not a message: {error}"))
     })
 }
 
 /// The bodies of messages.
-struct Frames<R> {
+struct MessageFrames<R> {
     input: R,
     /// Whether the next header is being searched for because the previous length was wrong.
     is_lost: bool,
 }
 
-impl<R: BufRead> Frames<R> {
+impl<R: BufRead> MessageFrames<R> {
     /// The next body, or an error; `None` at the end of the stream.
-    fn next(&mut self) -> io::Result<Option<Result<Vec<u8>, Mistake>>> {
+    fn next(&mut self) -> io::Result<Option<Result<Vec<u8>, MalformedMessage>>> {
         let Some(length) = self.length()? else { return Ok(None) };
         let length = match length {
             Ok(length) => length,
@@ -112,8 +112,8 @@ impl<R: BufRead> Frames<R> {
     }
 
     /// The length in the next headers. Data before them is skipped.
-    fn length(&mut self) -> io::Result<Option<Result<usize, Mistake>>> {
-        let mut length: Option<Result<usize, Mistake>> = None;
+    fn length(&mut self) -> io::Result<Option<Result<usize, MalformedMessage>>> {
+        let mut length: Option<Result<usize, MalformedMessage>> = None;
         let mut line = Vec::new();
         while self.line(&mut line)? {
             let text = line.trim_ascii();
@@ -122,7 +122,7 @@ impl<R: BufRead> Frames<R> {
                 length = Some(length_of(&value));
             } else if !text.is_empty() && !text.contains(&b':') && !self.is_lost {
                 let reason = "this is not a header: a message begins with `Content-Length: N`";
-                return Ok(Some(Err(Mistake::new(ErrorCode::ParseError, reason))));
+                return Ok(Some(Err(MalformedMessage::new(ErrorCode::ParseError, reason))));
             } else if text.is_empty() && length.is_some() {
                 return Ok(length);
             }
@@ -150,11 +150,11 @@ fn header(line: &[u8]) -> Option<usize> {
     (0..(line.len() + 1).saturating_sub(LENGTH.len())).rev().find(is_header)
 }
 
-fn length_of(value: &str) -> Result<usize, Mistake> {
+fn length_of(value: &str) -> Result<usize, MalformedMessage> {
     value.parse().ok().filter(|length| *length <= LARGEST).ok_or_else(|| {
         let reason =
             format!("a message has at most {LARGEST} bytes, and this header gives `{value}`");
-        Mistake::new(ErrorCode::ParseError, reason)
+        MalformedMessage::new(ErrorCode::ParseError, reason)
     })
 }
 
@@ -182,7 +182,7 @@ mod tests {
         serve_stream(Cursor::new(text.into_bytes()), Shared(Arc::clone(&written)))
             .expect("the session ends well");
         let written = written.lock().expect("whole").clone();
-        let mut frames = Frames { input: Cursor::new(written), is_lost: false };
+        let mut frames = MessageFrames { input: Cursor::new(written), is_lost: false };
         let mut all = Vec::new();
         while let Some(Ok(text)) = frames.next().expect("readable") {
             let answer: serde_json::Value = serde_json::from_slice(&text).expect("JSON");

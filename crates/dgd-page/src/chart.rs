@@ -4,17 +4,18 @@ use std::collections::BTreeSet;
 use std::fmt::Write;
 
 use dgd_plot::{
-    Envelope, Figure, HeatMap, Panel, Series, Style, Text, render_svg, scale_of_colours,
+    Envelope, Figure, HeatMap, MathText, Panel, PlotSeries, SeriesStyle, render_svg,
+    scale_of_colours,
 };
 
 use dgd_signature::number::short;
 
-use crate::columns::Columns;
+use crate::columns::StoredColumns;
 use crate::markup::{Markup, escaped};
 
 /// Which figures of a page share zoom and cursor.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Link<'a> {
+pub enum ChartLink<'a> {
     /// Those with one name, whose abscissas have the same meaning.
     With(&'a str),
     /// Only its own panels.
@@ -24,18 +25,20 @@ pub enum Link<'a> {
 /// Figures of a live page, which need not be sent data that the page already has.
 #[derive(Debug)]
 pub struct LiveCharts {
-    charts: Charts,
+    charts: PageCharts,
 }
 
 impl LiveCharts {
     /// No figures yet, for a page that has the columns with these keys.
     pub fn new(known: BTreeSet<String>) -> Self {
-        LiveCharts { charts: Charts { columns: Columns::beside(known), ..Charts::default() } }
+        LiveCharts {
+            charts: PageCharts { columns: StoredColumns::beside(known), ..PageCharts::default() },
+        }
     }
 
     /// A figure under its caption: elements that the script fills.
     #[must_use]
-    pub fn chart(&mut self, figure: &Figure, link: Link<'_>, caption: &Markup) -> Markup {
+    pub fn chart(&mut self, figure: &Figure, link: ChartLink<'_>, caption: &Markup) -> Markup {
         if figure.panels.is_empty() {
             return Markup::default();
         }
@@ -50,15 +53,15 @@ impl LiveCharts {
 
 /// Figures of a page, and their numbers.
 #[derive(Debug, Default)]
-pub(crate) struct Charts {
-    columns: Columns,
+pub(crate) struct PageCharts {
+    columns: StoredColumns,
     figures: Vec<String>,
     has_maps: bool,
 }
 
-impl Charts {
+impl PageCharts {
     /// A figure under its caption.
-    pub(crate) fn add(&mut self, figure: &Figure, link: Link<'_>, caption: &Markup) -> Markup {
+    pub(crate) fn add(&mut self, figure: &Figure, link: ChartLink<'_>, caption: &Markup) -> Markup {
         self.add_with(figure, link, caption, true)
     }
 
@@ -66,7 +69,7 @@ impl Charts {
     fn add_with(
         &mut self,
         figure: &Figure,
-        link: Link<'_>,
+        link: ChartLink<'_>,
         caption: &Markup,
         has_picture: bool,
     ) -> Markup {
@@ -96,11 +99,11 @@ impl Charts {
         )
     }
 
-    fn json(&mut self, figure: &Figure, number: usize, link: Link<'_>) -> String {
+    fn json(&mut self, figure: &Figure, number: usize, link: ChartLink<'_>) -> String {
         let panels: Vec<String> = figure.panels.iter().map(|panel| self.panel(panel)).collect();
         let link = match link {
-            Link::With(name) => format!("with {name}"),
-            Link::Alone => format!("alone {number}"),
+            ChartLink::With(name) => format!("with {name}"),
+            ChartLink::Alone => format!("alone {number}"),
         };
         format!(
             "{{\"link\":{},\"x\":{},\"panels\":[{}]}}",
@@ -114,9 +117,9 @@ impl Charts {
         let mut series = Vec::with_capacity(panel.series.len());
         for (one, look) in panel.series.iter().zip(panel.looks()) {
             let style = match one.style {
-                Style::Line => "line",
-                Style::ThinLine => "thin",
-                Style::Dots | Style::Marks => "dots",
+                SeriesStyle::Line => "line",
+                SeriesStyle::ThinLine => "thin",
+                SeriesStyle::Dots | SeriesStyle::Marks => "dots",
             };
             let length = one.x.len().min(one.y.len());
             let x = self.columns.add(&one.x[..length], true);
@@ -253,7 +256,7 @@ fn panel_in_words(panel: &Panel) -> String {
     }
 }
 
-fn series_in_words(series: &Series) -> String {
+fn series_in_words(series: &PlotSeries) -> String {
     let name = plain(&series.name);
     let name = if name.is_empty() { "values".to_owned() } else { name };
     match range(series.y.iter()) {
@@ -269,12 +272,12 @@ fn range<'a>(values: impl Iterator<Item = &'a f64>) -> Option<(f64, f64)> {
     })
 }
 
-fn plain(text: &Text) -> String {
+fn plain(text: &MathText) -> String {
     text.to_plain().trim().to_owned()
 }
 
 /// The unit in the brackets of a label.
-fn unit(label: &Text) -> String {
+fn unit(label: &MathText) -> String {
     let label = plain(label);
     let unit = label.rsplit_once('[').map_or("", |(_, unit)| unit.trim_end_matches(']'));
     if unit == "–" { String::new() } else { unit.to_owned() }
@@ -317,32 +320,32 @@ pub(crate) fn json_string(text: &str) -> String {
 
 #[cfg(test)]
 mod tests {
-    use dgd_plot::Meaning;
+    use dgd_plot::SeriesMeaning;
 
     use super::*;
 
     fn figure(name: &str) -> Figure {
-        let series = Series {
-            name: Text::plain(name),
-            style: Style::Line,
+        let series = PlotSeries {
+            name: MathText::plain(name),
+            style: SeriesStyle::Line,
             x: vec![0.0, 1.0],
             y: vec![2.0, f64::NAN],
-            ..Series::default()
+            ..PlotSeries::default()
         };
         let panel = Panel {
-            title: Text::plain(name),
-            y_label: Text::default().with_unit("m^3/s"),
+            title: MathText::plain(name),
+            y_label: MathText::default().with_unit("m^3/s"),
             series: vec![series],
             ..Panel::default()
         };
-        Figure::new(Text::plain("Time").with_unit("s"), vec![panel])
+        Figure::new(MathText::plain("Time").with_unit("s"), vec![panel])
     }
 
     #[test]
     fn names_are_data_and_never_markup() {
         let hostile = "</script><script>alert(1)</script>\u{2028}\"'";
-        let mut charts = Charts::default();
-        let markup = charts.add(&figure(hostile), Link::With(hostile), &Markup::default());
+        let mut charts = PageCharts::default();
+        let markup = charts.add(&figure(hostile), ChartLink::With(hostile), &Markup::default());
         let json = charts.to_json();
         assert!(!json.contains('<') && !json.contains('\u{2028}'), "{json}");
         assert!(json.contains("\\u003c/script\\u003e\\u003cscript\\u003ealert(1)"), "{json}");
@@ -353,18 +356,22 @@ mod tests {
     #[test]
     fn a_live_figure_has_no_picture_and_its_columns_have_keys() {
         let mut charts = LiveCharts::new(BTreeSet::new());
-        let markup = charts.chart(&figure("q"), Link::With("time"), &Markup::default());
+        let markup = charts.chart(&figure("q"), ChartLink::With("time"), &Markup::default());
         assert!(markup.as_str().contains("class=\"plot\"") && !markup.as_str().contains("<svg"));
         let json = charts.to_json();
         let keys = json.split('"').filter(|word| word.len() == 16);
         let keys: BTreeSet<String> = keys.map(str::to_owned).collect();
         assert_eq!(keys.len(), 2, "{json}");
         let mut again = LiveCharts::new(keys);
-        let _ = again.chart(&figure("q"), Link::With("time"), &Markup::default());
+        let _ = again.chart(&figure("q"), ChartLink::With("time"), &Markup::default());
         assert!(again.to_json().contains("\"columns\":[null,\nnull]"), "{}", again.to_json());
         assert!(
             charts
-                .chart(&Figure::new(Text::default(), Vec::new()), Link::Alone, &Markup::default())
+                .chart(
+                    &Figure::new(MathText::default(), Vec::new()),
+                    ChartLink::Alone,
+                    &Markup::default()
+                )
                 .is_empty()
         );
     }
@@ -373,7 +380,7 @@ mod tests {
     fn a_figure_is_told_in_words_with_its_units() {
         let words = in_words(&figure("q"));
         assert_eq!(words, "over Time [s] from 0 to 1. q [m³/s]: q between 2 and 2.");
-        let json = Charts::default().json(&figure("q"), 3, Link::Alone);
+        let json = PageCharts::default().json(&figure("q"), 3, ChartLink::Alone);
         assert!(json.contains("\"unit\":\"m³/s\"") && json.contains("\"alone 3\""), "{json}");
     }
 
@@ -384,16 +391,16 @@ mod tests {
             places: vec![1.0, 2.0],
             values: vec![vec![3.0, f64::NAN], vec![4.0, 5.0]],
         };
-        let title = Text::name("p").with_unit("bar");
-        let y_label = Text::plain("cell");
+        let title = MathText::name("p").with_unit("bar");
+        let y_label = MathText::plain("cell");
         let panel = Panel { title, y_label, map: Some(map), ..Panel::default() };
-        let figure = Figure::new(Text::plain("Time").with_unit("s"), vec![panel]);
+        let figure = Figure::new(MathText::plain("Time").with_unit("s"), vec![panel]);
         assert_eq!(
             in_words(&figure),
             "over Time [s] from 0 to 1. p [bar]: a heat map of 2 places, values between 3 and 5."
         );
-        let mut charts = Charts::default();
-        let markup = charts.add(&figure, Link::Alone, &Markup::default());
+        let mut charts = PageCharts::default();
+        let markup = charts.add(&figure, ChartLink::Alone, &Markup::default());
         assert!(markup.as_str().contains("<span class=\"unit\">over cell</span>"), "{markup}");
         let json = charts.to_json();
         assert!(json.contains("\"rows\":[2,3],\"low\":3e0,\"high\":5e0}"), "{json}");
@@ -403,7 +410,7 @@ mod tests {
     #[test]
     fn colours_on_dark_stay_apart_and_can_be_seen() {
         let own = figure("x").panels[0].series[0].clone();
-        let measured = Series { meaning: Meaning::Measured, ..own.clone() };
+        let measured = PlotSeries { meaning: SeriesMeaning::Measured, ..own.clone() };
         // As many similar series as there are colours; further ones are dashed.
         let series = [vec![own; 5], vec![measured]].concat();
         let panel = Panel { series, ..Panel::default() };

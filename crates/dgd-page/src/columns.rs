@@ -11,7 +11,7 @@ const DIGITS: i32 = 5;
 
 /// Columns of numbers; equal ones are stored once.
 #[derive(Debug, Default)]
-pub(crate) struct Columns {
+pub(crate) struct StoredColumns {
     texts: Vec<String>,
     places: HashMap<Vec<u64>, usize>,
     /// Keys of columns that the reader already has, which are left out.
@@ -19,10 +19,10 @@ pub(crate) struct Columns {
     keys: Vec<String>,
 }
 
-impl Columns {
+impl StoredColumns {
     /// Columns for a reader who already has those with these keys.
     pub(crate) fn beside(known: BTreeSet<String>) -> Self {
-        Columns { known: Some(known), ..Columns::default() }
+        StoredColumns { known: Some(known), ..StoredColumns::default() }
     }
 
     /// Adds a column of ordinates, or of abscissas, which keep all of their digits, and returns its position.
@@ -154,7 +154,7 @@ mod tests {
 
     #[test]
     fn equal_columns_stand_once() {
-        let mut columns = Columns::default();
+        let mut columns = StoredColumns::default();
         let time = [0.0, 1.0, 2.0];
         let places = [&time[..], &[0.0, 5.0], &time].map(|values| columns.add(values, true));
         assert_eq!(places, [0, 1, 0]);
@@ -164,12 +164,12 @@ mod tests {
 
     #[test]
     fn what_a_reader_has_is_left_out() {
-        let mut first = Columns::beside(BTreeSet::new());
+        let mut first = StoredColumns::beside(BTreeSet::new());
         first.add(&[0.0, 1.0], true);
         first.add(&[2.0], false);
         let keys = first.keys_to_json();
         let key = keys.trim_matches(['[', ']']).split(',').next().expect("two keys");
-        let mut next = Columns::beside(BTreeSet::from([key.trim_matches('"').to_owned()]));
+        let mut next = StoredColumns::beside(BTreeSet::from([key.trim_matches('"').to_owned()]));
         let places = [(&[0.0, 1.0][..], true), (&[3.0], false), (&[0.0, 1.0], false)]
             .map(|(values, is_exact)| next.add(values, is_exact));
         assert_eq!(places, [0, 1, 2]);

@@ -23,7 +23,7 @@ mod page;
 mod table;
 
 pub use assets::live_assets;
-pub use chart::{Link, LiveCharts};
+pub use chart::{ChartLink, LiveCharts};
 pub use markup::Markup;
-pub use page::{Origin, Page, Tone};
-pub use table::{Cell, Table, heat_map};
+pub use page::{HeadlineTone, Page, PageOrigin};
+pub use table::{PageCell, PageTable, heat_map};

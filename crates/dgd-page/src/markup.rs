@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-use dgd_plot::Text;
+use dgd_plot::MathText;
 
 /// A piece of a page.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
@@ -106,8 +106,8 @@ impl fmt::Display for Markup {
     }
 }
 
-impl From<&Text> for Markup {
-    fn from(text: &Text) -> Markup {
+impl From<&MathText> for Markup {
+    fn from(text: &MathText) -> Markup {
         Markup(text.to_html())
     }
 }

@@ -7,12 +7,12 @@ use dgd_plot::Figure;
 use sha2::{Digest, Sha256};
 
 use crate::assets;
-use crate::chart::{Charts, Link};
+use crate::chart::{ChartLink, PageCharts};
 use crate::markup::{Markup, escaped};
 
 /// The tone of a headline.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Tone {
+pub enum HeadlineTone {
     /// All is well.
     Good,
     /// Something is wrong or unknown.
@@ -23,7 +23,7 @@ pub enum Tone {
 
 /// The inputs of a page, and the program that made it.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
-pub struct Origin {
+pub struct PageOrigin {
     /// The command line that reproduces it.
     pub command: String,
     /// Version of dgd.
@@ -41,21 +41,27 @@ pub struct Origin {
 pub struct Page {
     title: String,
     body: String,
-    charts: Charts,
+    charts: PageCharts,
 }
 
 impl Page {
     /// An empty page with this window title.
     pub fn new(title: &str) -> Page {
-        Page { title: title.to_owned(), body: String::new(), charts: Charts::default() }
+        Page { title: title.to_owned(), body: String::new(), charts: PageCharts::default() }
     }
 
     /// Adds the subject of the page, its headline, and the rest of the first screen.
-    pub fn push_header(&mut self, kind: &Markup, headline: &Markup, tone: Tone, more: &[Markup]) {
+    pub fn push_header(
+        &mut self,
+        kind: &Markup,
+        headline: &Markup,
+        tone: HeadlineTone,
+        more: &[Markup],
+    ) {
         let tone = match tone {
-            Tone::Good => "good",
-            Tone::Doubt => "doubt",
-            Tone::Plain => "plain",
+            HeadlineTone::Good => "good",
+            HeadlineTone::Doubt => "doubt",
+            HeadlineTone::Plain => "plain",
         };
         let more: String = more.iter().map(Markup::as_str).collect();
         // Writing to a string cannot fail.
@@ -80,7 +86,7 @@ impl Page {
 
     /// A figure as a piece of this page, with zoom and cursors.
     #[must_use]
-    pub fn chart(&mut self, figure: &Figure, link: Link<'_>, caption: &Markup) -> Markup {
+    pub fn chart(&mut self, figure: &Figure, link: ChartLink<'_>, caption: &Markup) -> Markup {
         if figure.panels.is_empty() {
             return Markup::default();
         }
@@ -88,7 +94,7 @@ impl Page {
     }
 
     /// The document.
-    pub fn finish(self, origin: &Origin) -> String {
+    pub fn finish(self, origin: &PageOrigin) -> String {
         let (style, script) = (assets::style(), assets::script());
         let hash =
             |text: &str| format!("'sha256-{}'", BASE64_STANDARD.encode(Sha256::digest(text)));
@@ -118,7 +124,7 @@ impl Page {
     }
 }
 
-impl Origin {
+impl PageOrigin {
     fn to_markup(&self) -> Markup {
         let row = |name: &str, value: Markup| (Markup::text(name), value);
         let mut rows = vec![
@@ -149,33 +155,34 @@ impl Origin {
 
 #[cfg(test)]
 mod tests {
-    use dgd_plot::{Panel, Series, Style, Text};
+    use dgd_plot::{MathText, Panel, PlotSeries, SeriesStyle};
 
     use super::*;
 
     fn hostile() -> String {
         let name = "</script><script>alert(1)</script><img src=x onerror=alert(2)>";
-        let series = Series {
-            name: Text::plain(name),
-            style: Style::Dots,
+        let series = PlotSeries {
+            name: MathText::plain(name),
+            style: SeriesStyle::Dots,
             x: vec![0.0, 1.0, 2.0],
             y: vec![1.0, 2.0, 3.0],
-            ..Series::default()
+            ..PlotSeries::default()
         };
-        let panel = Panel { title: Text::name(name), series: vec![series], ..Panel::default() };
+        let panel = Panel { title: MathText::name(name), series: vec![series], ..Panel::default() };
         let mut page = Page::new(name);
         let name = Markup::code(name);
-        page.push_header(&name, &name, Tone::Good, &[name.paragraph()]);
-        let chart = page.chart(&Figure::new(Text::plain("x"), vec![panel]), Link::Alone, &name);
+        page.push_header(&name, &name, HeadlineTone::Good, &[name.paragraph()]);
+        let chart =
+            page.chart(&Figure::new(MathText::plain("x"), vec![panel]), ChartLink::Alone, &name);
         page.push_section("Curves of `<b>`", &[chart]);
         page.push_section("Nothing", &[Markup::default()]);
         let name = name.to_string();
-        page.finish(&Origin {
+        page.finish(&PageOrigin {
             command: "dgd simulate '</script><script>'".to_owned(),
             version: "0.1.0".to_owned(),
             models: vec![(name.clone(), name.clone())],
             data: vec![(name, None)],
-            ..Origin::default()
+            ..PageOrigin::default()
         })
     }
 

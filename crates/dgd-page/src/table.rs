@@ -9,34 +9,34 @@ const SENTENCE: usize = 40;
 
 /// A table.
 #[derive(Debug, Clone, Default)]
-pub struct Table {
+pub struct PageTable {
     /// Its caption, for readers who cannot see its context.
     pub caption: String,
     /// Heads of the columns.
     pub head: Vec<Markup>,
     /// Rows, each with a cell for each column; the first one names the row.
-    pub rows: Vec<Vec<Cell>>,
+    pub rows: Vec<Vec<PageCell>>,
 }
 
 /// A cell of a table.
 #[derive(Debug, Clone, Default)]
-pub struct Cell {
+pub struct PageCell {
     content: Markup,
     /// The number by which it is sorted, if any.
     value: Option<f64>,
     is_number: bool,
 }
 
-impl Cell {
+impl PageCell {
     /// Words.
-    pub fn text(content: Markup) -> Cell {
-        Cell { content, value: None, is_number: false }
+    pub fn text(content: Markup) -> PageCell {
+        PageCell { content, value: None, is_number: false }
     }
 
     /// A number as shown, and its value; cells without a value are sorted last.
-    pub fn number(shown: &str, value: Option<f64>) -> Cell {
+    pub fn number(shown: &str, value: Option<f64>) -> PageCell {
         let value = value.filter(|value| value.is_finite());
-        Cell { content: Markup::text(shown), value, is_number: true }
+        PageCell { content: Markup::text(shown), value, is_number: true }
     }
 }
 
@@ -95,10 +95,10 @@ fn shade(value: f64, is_diagonal: bool) -> String {
     }
 }
 
-impl Table {
+impl PageTable {
     /// A table with heads of plain text.
-    pub fn new(caption: &str, head: &[&str]) -> Table {
-        Table {
+    pub fn new(caption: &str, head: &[&str]) -> PageTable {
+        PageTable {
             caption: caption.to_owned(),
             head: head.iter().map(|head| Markup::text(head)).collect(),
             rows: Vec::new(),
@@ -173,20 +173,20 @@ mod tests {
 
     #[test]
     fn numbers_are_sorted_by_their_value_and_words_are_escaped() {
-        let mut table = Table::new("what \"it\" shows", &["name", "value", ""]);
+        let mut table = PageTable::new("what \"it\" shows", &["name", "value", ""]);
         table.rows.push(vec![
-            Cell::text(Markup::code("<b>")),
-            Cell::number("(1.0 ± 0.1)·10⁸", Some(1e8)),
-            Cell::number("–", Some(f64::NAN)),
+            PageCell::text(Markup::code("<b>")),
+            PageCell::number("(1.0 ± 0.1)·10⁸", Some(1e8)),
+            PageCell::number("–", Some(f64::NAN)),
         ]);
         let sentence = "what is to be said of it is longer than a word or two";
-        table.rows.push(vec![Cell::text(Markup::text(sentence)); 2]);
+        table.rows.push(vec![PageCell::text(Markup::text(sentence)); 2]);
         let text = table.to_markup().to_string();
         assert!(text.contains("<th scope=\"row\"><code>&lt;b&gt;</code></th>"), "{text}");
         assert!(text.contains("<td class=\"number\" data-sort=\"1e8\">(1.0 ± 0.1)·10⁸</td>"));
         assert!(text.contains("<td class=\"number\">–</td>"), "{text}");
         assert!(text.contains("<td class=\"long\">what is to be said"), "{text}");
         assert!(text.contains("aria-label=\"what &quot;it&quot; shows\""), "{text}");
-        assert!(Table::new("nothing", &["name"]).to_markup().is_empty());
+        assert!(PageTable::new("nothing", &["name"]).to_markup().is_empty());
     }
 }

@@ -3,15 +3,18 @@
 //! A pixel column keeps, in order, the first, lowest, highest and last point of each run of points: the drawn line
 //! covers the same pixels as the full one, including jumps and single extremes. Of dots, one per raster cell is kept.
 
-use crate::scene::Point;
+use crate::scene::ScenePoint;
 
 /// Joins points by lines; a point that is not finite ends a line.
 ///
 /// `columns` is the number of columns per pixel.
-pub(crate) fn lines(points: impl Iterator<Item = Point>, columns: f64) -> Vec<Vec<Point>> {
+pub(crate) fn lines(
+    points: impl Iterator<Item = ScenePoint>,
+    columns: f64,
+) -> Vec<Vec<ScenePoint>> {
     let mut lines = Vec::new();
     let mut line = Vec::new();
-    let mut column: Option<Column> = None;
+    let mut column: Option<PointColumn> = None;
     for point in points {
         if !(point.0.is_finite() && point.1.is_finite()) {
             end(&mut lines, &mut line, &mut column);
@@ -21,7 +24,7 @@ pub(crate) fn lines(points: impl Iterator<Item = Point>, columns: f64) -> Vec<Ve
         match &mut column {
             Some(column) if column.place == place => column.take_in(point),
             _ => {
-                if let Some(column) = column.replace(Column::new(place, point)) {
+                if let Some(column) = column.replace(PointColumn::new(place, point)) {
                     column.append_to(&mut line);
                 }
             }
@@ -31,7 +34,11 @@ pub(crate) fn lines(points: impl Iterator<Item = Point>, columns: f64) -> Vec<Ve
     lines
 }
 
-fn end(lines: &mut Vec<Vec<Point>>, line: &mut Vec<Point>, column: &mut Option<Column>) {
+fn end(
+    lines: &mut Vec<Vec<ScenePoint>>,
+    line: &mut Vec<ScenePoint>,
+    column: &mut Option<PointColumn>,
+) {
     if let Some(column) = column.take() {
         column.append_to(line);
     }
@@ -41,22 +48,29 @@ fn end(lines: &mut Vec<Vec<Point>>, line: &mut Vec<Point>, column: &mut Option<C
 }
 
 /// The points of a run inside one column, each with its position in the run.
-struct Column {
+struct PointColumn {
     place: f64,
     count: usize,
-    first: Point,
-    lowest: (usize, Point),
-    highest: (usize, Point),
-    last: Point,
+    first: ScenePoint,
+    lowest: (usize, ScenePoint),
+    highest: (usize, ScenePoint),
+    last: ScenePoint,
 }
 
-impl Column {
-    fn new(place: f64, point: Point) -> Column {
+impl PointColumn {
+    fn new(place: f64, point: ScenePoint) -> PointColumn {
         let extreme = (0, point);
-        Column { place, count: 1, first: point, lowest: extreme, highest: extreme, last: point }
+        PointColumn {
+            place,
+            count: 1,
+            first: point,
+            lowest: extreme,
+            highest: extreme,
+            last: point,
+        }
     }
 
-    fn take_in(&mut self, point: Point) {
+    fn take_in(&mut self, point: ScenePoint) {
         if point.1 < self.lowest.1.1 {
             self.lowest = (self.count, point);
         }
@@ -67,7 +81,7 @@ impl Column {
         self.count += 1;
     }
 
-    fn append_to(self, line: &mut Vec<Point>) {
+    fn append_to(self, line: &mut Vec<ScenePoint>) {
         let mut kept = [(0, self.first), self.lowest, self.highest, (self.count - 1, self.last)];
         kept.sort_by_key(|(order, _)| *order);
         let mut drawn = None;
@@ -81,11 +95,11 @@ impl Column {
 }
 
 /// One dot per cell of a raster, at most about `limit` of them: the cells grow until they fit.
-pub(crate) fn dots(points: impl Iterator<Item = Point>, limit: usize) -> Vec<Point> {
-    let mut dots: Vec<Point> = points.filter(|p| p.0.is_finite() && p.1.is_finite()).collect();
+pub(crate) fn dots(points: impl Iterator<Item = ScenePoint>, limit: usize) -> Vec<ScenePoint> {
+    let mut dots: Vec<ScenePoint> = points.filter(|p| p.0.is_finite() && p.1.is_finite()).collect();
     let mut cell = 0.5;
     while dots.len() > limit && cell < 64.0 {
-        let place = |p: &Point| ((p.0 / cell).floor() as i64, (p.1 / cell).floor() as i64);
+        let place = |p: &ScenePoint| ((p.0 / cell).floor() as i64, (p.1 / cell).floor() as i64);
         let mut taken = std::collections::HashSet::new();
         dots.retain(|dot| taken.insert(place(dot)));
         cell *= 2.0;

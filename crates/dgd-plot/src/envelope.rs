@@ -3,11 +3,11 @@
 //! A pixel column keeps its first and its last slice, both widened to the extreme edges between them: the drawn surface
 //! covers the same pixels as the full one.
 
-use crate::scene::Point;
+use crate::scene::ScenePoint;
 
 /// An envelope at one x.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Slice {
+pub(crate) struct EnvelopeSlice {
     pub(crate) x: f64,
     pub(crate) low: f64,
     pub(crate) high: f64,
@@ -16,9 +16,12 @@ pub(crate) struct Slice {
 /// Closed outlines around the slices; a slice that is not finite ends one.
 ///
 /// `columns` is the number of columns per pixel.
-pub(crate) fn outlines(slices: impl Iterator<Item = Slice>, columns: f64) -> Vec<Vec<Point>> {
+pub(crate) fn outlines(
+    slices: impl Iterator<Item = EnvelopeSlice>,
+    columns: f64,
+) -> Vec<Vec<ScenePoint>> {
     let mut outlines = Vec::new();
-    let mut kept: Vec<Slice> = Vec::new();
+    let mut kept: Vec<EnvelopeSlice> = Vec::new();
     // Start of the current column in `kept`, and its number.
     let mut column: Option<(usize, f64)> = None;
     for slice in slices {
@@ -42,16 +45,16 @@ pub(crate) fn outlines(slices: impl Iterator<Item = Slice>, columns: f64) -> Vec
 }
 
 /// Merges a slice into the column that begins at `first` and has one or two slices.
-fn widen(kept: &mut Vec<Slice>, first: usize, slice: Slice) {
+fn widen(kept: &mut Vec<EnvelopeSlice>, first: usize, slice: EnvelopeSlice) {
     let so_far = kept[first];
     let (low, high) = (so_far.low.min(slice.low), so_far.high.max(slice.high));
     kept.truncate(first);
-    kept.push(Slice { x: so_far.x, low, high });
-    kept.push(Slice { x: slice.x, low, high });
+    kept.push(EnvelopeSlice { x: so_far.x, low, high });
+    kept.push(EnvelopeSlice { x: slice.x, low, high });
 }
 
 /// Along one edge and back along the other; a single slice has no interior.
-fn around(slices: &[Slice]) -> Option<Vec<Point>> {
+fn around(slices: &[EnvelopeSlice]) -> Option<Vec<ScenePoint>> {
     let there = slices.iter().map(|slice| (slice.x, slice.low));
     let back = slices.iter().rev().map(|slice| (slice.x, slice.high));
     (slices.len() > 1).then(|| there.chain(back).collect())
@@ -61,8 +64,8 @@ fn around(slices: &[Slice]) -> Option<Vec<Point>> {
 mod tests {
     use super::*;
 
-    fn slices(all: &[(f64, f64, f64)]) -> impl Iterator<Item = Slice> {
-        all.iter().map(|&(x, low, high)| Slice { x, low, high })
+    fn slices(all: &[(f64, f64, f64)]) -> impl Iterator<Item = EnvelopeSlice> {
+        all.iter().map(|&(x, low, high)| EnvelopeSlice { x, low, high })
     }
 
     #[test]
@@ -91,7 +94,7 @@ mod tests {
         let n = 1_000_000;
         let slice = |i: i32| {
             let y = f64::from(i % 17);
-            Slice { x: 300.0 * f64::from(i) / f64::from(n), low: y - 1.0, high: y + 1.0 }
+            EnvelopeSlice { x: 300.0 * f64::from(i) / f64::from(n), low: y - 1.0, high: y + 1.0 }
         };
         let drawn = outlines((0..n).map(slice), 2.0);
         assert_eq!(drawn.len(), 1);

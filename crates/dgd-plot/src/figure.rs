@@ -1,13 +1,13 @@
 //! Elements of a figure: panels, series, bands, envelopes and heat maps.
 
-use crate::palette::Meaning;
-use crate::text::Text;
+use crate::palette::SeriesMeaning;
+use crate::text::MathText;
 
 /// Panels on a grid with a common x axis.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Figure {
     /// Title above all panels; may be empty.
-    pub title: Text,
+    pub title: MathText,
     /// Width in pixels (of an SVG at its natural size; a PNG has twice as many). The height
     /// follows from the panels.
     pub width: f64,
@@ -16,7 +16,7 @@ pub struct Figure {
     /// The panels: left to right, then down.
     pub panels: Vec<Panel>,
     /// Label of the common axis, drawn under the lowest panel of each column.
-    pub x_label: Text,
+    pub x_label: MathText,
 }
 
 impl Figure {
@@ -24,9 +24,9 @@ impl Figure {
     pub const WIDTH: f64 = 800.0;
 
     /// A figure without a title, with the default width and grid.
-    pub fn new(x_label: Text, panels: Vec<Panel>) -> Figure {
+    pub fn new(x_label: MathText, panels: Vec<Panel>) -> Figure {
         Figure {
-            title: Text::default(),
+            title: MathText::default(),
             width: Figure::WIDTH,
             columns: columns_for(panels.len()),
             panels,
@@ -39,13 +39,13 @@ impl Figure {
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Panel {
     /// Title above the axes; may be empty.
-    pub title: Text,
+    pub title: MathText,
     /// Label left of the axes, rotated; may be empty.
-    pub y_label: Text,
+    pub y_label: MathText,
     /// The series. Two or more get a legend.
-    pub series: Vec<Series>,
+    pub series: Vec<PlotSeries>,
     /// Shaded windows of x.
-    pub bands: Vec<Band>,
+    pub bands: Vec<ShadedBand>,
     /// Shaded areas between two curves, under the series.
     pub envelopes: Vec<Envelope>,
     /// Heat map under everything else; the y axis then shows its places.
@@ -65,42 +65,42 @@ pub struct HeatMap {
 
 /// A named sequence of points.
 #[derive(Debug, Clone, Default, PartialEq)]
-pub struct Series {
+pub struct PlotSeries {
     /// Name in the legend.
-    pub name: Text,
+    pub name: MathText,
     /// How the points are drawn.
-    pub style: Style,
+    pub style: SeriesStyle,
     /// Its meaning, which gives its colour.
-    pub meaning: Meaning,
+    pub meaning: SeriesMeaning,
     /// Abscissas; where `x` and `y` differ in length, the shorter one counts.
     pub x: Vec<f64>,
     /// Ordinates; a value that is not finite is a gap.
     pub y: Vec<f64>,
     /// Labels beside some of its points, in its colour, for instance at the ends of several curves.
-    pub labels: Vec<Label>,
+    pub labels: Vec<PointLabel>,
 }
 
-impl Series {
+impl PlotSeries {
     /// One of several similar series, without labels.
-    pub fn new(name: Text, style: Style, x: Vec<f64>, y: Vec<f64>) -> Series {
-        Series { name, style, x, y, ..Series::default() }
+    pub fn new(name: MathText, style: SeriesStyle, x: Vec<f64>, y: Vec<f64>) -> PlotSeries {
+        PlotSeries { name, style, x, y, ..PlotSeries::default() }
     }
 }
 
 /// A text to the right of a point; drawn if both coordinates are finite.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Label {
+pub struct PointLabel {
     /// Abscissa of the point.
     pub x: f64,
     /// Its ordinate.
     pub y: f64,
     /// The text.
-    pub text: Text,
+    pub text: MathText,
 }
 
 /// How the points of a series are drawn.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
-pub enum Style {
+pub enum SeriesStyle {
     /// Joined by straight lines.
     #[default]
     Line,
@@ -114,7 +114,7 @@ pub enum Style {
 
 /// A shaded window of x; drawn where it overlaps the axis.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Band {
+pub struct ShadedBand {
     /// One edge.
     pub from: f64,
     /// The other edge.
@@ -125,7 +125,7 @@ pub struct Band {
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Envelope {
     /// Name in the legend; without a name it is not in the legend.
-    pub name: Text,
+    pub name: MathText,
     /// The series of the panel whose colour it has, lightened; grey for `None`.
     pub around: Option<usize>,
     /// Abscissas; of lists that differ in length, the shortest counts.

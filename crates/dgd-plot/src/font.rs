@@ -2,8 +2,8 @@
 
 use ttf_parser::{Face, GlyphId, OutlineBuilder};
 
+use crate::text::MathText;
 use crate::text::Script;
-use crate::text::Text;
 
 /// A subset of a sans serif font with the widths of Arial and Helvetica.
 static FIGURE_SANS: &[u8] = include_bytes!("../assets/fonts/figure-sans.ttf");
@@ -30,7 +30,7 @@ impl Font {
     }
 
     /// Width of a line of text.
-    pub(crate) fn width(&self, text: &Text, size: f64) -> f64 {
+    pub(crate) fn width(&self, text: &MathText, size: f64) -> f64 {
         let runs = text.runs().iter();
         runs.map(|run| {
             let em = size * run.script.scale();
@@ -40,7 +40,7 @@ impl Font {
     }
 
     /// Draws a line of text from the origin to the right, y downwards.
-    pub(crate) fn draw(&self, text: &Text, size: f64, pen: &mut dyn OutlineBuilder) {
+    pub(crate) fn draw(&self, text: &MathText, size: f64, pen: &mut dyn OutlineBuilder) {
         let mut x = 0.0;
         for run in text.runs() {
             let em = size * run.script.scale();
@@ -48,7 +48,7 @@ impl Font {
                 let glyph = self.face.glyph_index(character).unwrap_or(GlyphId(0));
                 let unit = em / f64::from(self.face.units_per_em());
                 let y = size * run.script.shift();
-                self.face.outline_glyph(glyph, &mut Placed { pen: &mut *pen, x, y, unit });
+                self.face.outline_glyph(glyph, &mut GlyphPlacement { pen: &mut *pen, x, y, unit });
                 x += em * self.advance(character);
             }
         }
@@ -56,37 +56,38 @@ impl Font {
 }
 
 /// Moves and scales a glyph: (x, y) of the font, y upwards, maps to (x₀ + x·unit, y₀ − y·unit).
-struct Placed<'a> {
+struct GlyphPlacement<'a> {
     pen: &'a mut dyn OutlineBuilder,
     x: f64,
     y: f64,
     unit: f64,
 }
 
-impl Placed<'_> {
-    fn at(&self, x: f32, y: f32) -> (f32, f32) {
+impl GlyphPlacement<'_> {
+    fn transform(&self, x: f32, y: f32) -> (f32, f32) {
         ((self.x + f64::from(x) * self.unit) as f32, (self.y - f64::from(y) * self.unit) as f32)
     }
 }
 
-impl OutlineBuilder for Placed<'_> {
+impl OutlineBuilder for GlyphPlacement<'_> {
     fn move_to(&mut self, x: f32, y: f32) {
-        let (x, y) = self.at(x, y);
+        let (x, y) = self.transform(x, y);
         self.pen.move_to(x, y);
     }
 
     fn line_to(&mut self, x: f32, y: f32) {
-        let (x, y) = self.at(x, y);
+        let (x, y) = self.transform(x, y);
         self.pen.line_to(x, y);
     }
 
     fn quad_to(&mut self, x1: f32, y1: f32, x: f32, y: f32) {
-        let ((x1, y1), (x, y)) = (self.at(x1, y1), self.at(x, y));
+        let ((x1, y1), (x, y)) = (self.transform(x1, y1), self.transform(x, y));
         self.pen.quad_to(x1, y1, x, y);
     }
 
     fn curve_to(&mut self, x1: f32, y1: f32, x2: f32, y2: f32, x: f32, y: f32) {
-        let ((x1, y1), (x2, y2), (x, y)) = (self.at(x1, y1), self.at(x2, y2), self.at(x, y));
+        let ((x1, y1), (x2, y2), (x, y)) =
+            (self.transform(x1, y1), self.transform(x2, y2), self.transform(x, y));
         self.pen.curve_to(x1, y1, x2, y2, x, y);
     }
 
@@ -129,7 +130,7 @@ mod tests {
     #[test]
     fn widths_are_those_of_the_digits() {
         // Digits of the families with Arial's widths are 1139/2048 wide.
-        let width = Font::embedded().width(&Text::plain("00"), 10.0);
+        let width = Font::embedded().width(&MathText::plain("00"), 10.0);
         assert!((width - 20.0 * 1139.0 / 2048.0).abs() < 1e-12);
     }
 }

@@ -1,10 +1,10 @@
 //! Legends: their entries, and their placement.
 
-use crate::figure::{Panel, Style};
+use crate::figure::{Panel, SeriesStyle};
 use crate::font::Font;
 use crate::palette;
-use crate::scene::{Anchor, Colour, Direction, Mark, Pen, Point, Rectangle};
-use crate::text::Text;
+use crate::scene::{Colour, Pen, Rectangle, SceneMark, ScenePoint, TextAnchor, TextDirection};
+use crate::text::MathText;
 use crate::wrap::wrap;
 
 pub(crate) const ROW_HEIGHT: f64 = 16.0;
@@ -27,48 +27,50 @@ const SWATCH: f64 = 9.0;
 
 /// An entry: a name with its sample.
 #[derive(Debug, Clone, PartialEq)]
-pub(crate) struct Entry {
-    name: Text,
-    key: Key,
+pub(crate) struct LegendEntry {
+    name: MathText,
+    key: LegendKey,
 }
 
 /// The sample before a name.
 #[derive(Debug, Clone, PartialEq)]
-enum Key {
-    Series(Style, Pen),
+enum LegendKey {
+    Series(SeriesStyle, Pen),
     Surface(Colour),
 }
 
-impl Entry {
+impl LegendEntry {
     fn width(&self, font: &Font) -> f64 {
         KEY + KEY_GAP + font.width(&self.name, SIZE)
     }
 
-    fn draw(&self, left: f64, middle: f64, marks: &mut Vec<Mark>) {
+    fn draw(&self, left: f64, middle: f64, marks: &mut Vec<SceneMark>) {
         let place = |part: f64| (left + part * KEY, middle);
         marks.push(match self.key {
-            Key::Series(Style::Marks, pen) => {
-                Mark::Dots { centres: vec![place(0.5)], diameter: pen.width, colour: pen.colour }
-            }
-            Key::Series(Style::Dots, pen) => Mark::Dots {
+            LegendKey::Series(SeriesStyle::Marks, pen) => SceneMark::Dots {
+                centres: vec![place(0.5)],
+                diameter: pen.width,
+                colour: pen.colour,
+            },
+            LegendKey::Series(SeriesStyle::Dots, pen) => SceneMark::Dots {
                 centres: vec![place(0.2), place(0.5), place(0.8)],
                 diameter: pen.width,
                 colour: pen.colour,
             },
-            Key::Series(Style::Line | Style::ThinLine, pen) => {
-                Mark::Lines { lines: vec![vec![place(0.0), place(1.0)]], pen }
+            LegendKey::Series(SeriesStyle::Line | SeriesStyle::ThinLine, pen) => {
+                SceneMark::Lines { lines: vec![vec![place(0.0), place(1.0)]], pen }
             }
-            Key::Surface(colour) => {
+            LegendKey::Surface(colour) => {
                 let top = middle - 0.5 * SWATCH;
                 let rectangle = Rectangle { left, top, width: KEY, height: SWATCH };
-                Mark::Area { rectangle, colour }
+                SceneMark::Area { rectangle, colour }
             }
         });
-        marks.push(Mark::Text {
+        marks.push(SceneMark::Text {
             text: self.name.clone(),
             at: (left + KEY + KEY_GAP, middle + 0.36 * SIZE),
-            anchor: Anchor::Start,
-            direction: Direction::Rightwards,
+            anchor: TextAnchor::Start,
+            direction: TextDirection::Rightwards,
             size: SIZE,
             colour: TEXT_COLOUR,
         });
@@ -76,14 +78,14 @@ impl Entry {
 }
 
 /// The entries of a panel: of its series, then of its envelopes.
-pub(crate) fn entries(panel: &Panel) -> Vec<Entry> {
-    let series = panel.series.iter().zip(palette::pens(panel)).map(|(series, pen)| Entry {
+pub(crate) fn entries(panel: &Panel) -> Vec<LegendEntry> {
+    let series = panel.series.iter().zip(palette::pens(panel)).map(|(series, pen)| LegendEntry {
         name: series.name.clone(),
-        key: Key::Series(series.style, pen),
+        key: LegendKey::Series(series.style, pen),
     });
-    let envelopes = panel.envelopes.iter().map(|envelope| Entry {
+    let envelopes = panel.envelopes.iter().map(|envelope| LegendEntry {
         name: envelope.name.clone(),
-        key: Key::Surface(palette::surface(panel, envelope.around)),
+        key: LegendKey::Surface(palette::surface(panel, envelope.around)),
     });
     series.chain(envelopes).filter(|entry| !entry.name.is_empty()).collect()
 }
@@ -95,7 +97,7 @@ pub(crate) fn has_several(panel: &Panel) -> bool {
 }
 
 /// The common legend of all panels, if two or more would have the same, and no panel has a line that is not in it.
-pub(crate) fn common(panels: &[Panel]) -> Option<Vec<Entry>> {
+pub(crate) fn common(panels: &[Panel]) -> Option<Vec<LegendEntry>> {
     let mut several = panels.iter().filter(|panel| has_several(panel)).map(entries);
     let first = several.next()?;
     let is_repeated = several.next().is_some_and(|next| next == first);
@@ -113,13 +115,13 @@ pub(crate) fn common(panels: &[Panel]) -> Option<Vec<Entry>> {
 }
 
 /// Entries in rows of limited width.
-pub(crate) struct Rows {
-    rows: Vec<Vec<Entry>>,
+pub(crate) struct LegendRows {
+    rows: Vec<Vec<LegendEntry>>,
 }
 
-impl Rows {
-    pub(crate) fn new(entries: &[Entry], font: &Font, width: f64) -> Rows {
-        let mut rows: Vec<Vec<Entry>> = Vec::new();
+impl LegendRows {
+    pub(crate) fn new(entries: &[LegendEntry], font: &Font, width: f64) -> LegendRows {
+        let mut rows: Vec<Vec<LegendEntry>> = Vec::new();
         let mut used = f64::INFINITY;
         for entry in entries.iter().filter_map(|entry| fitted(entry, font, width)) {
             let needed = ENTRY_GAP + entry.width(font);
@@ -131,7 +133,7 @@ impl Rows {
                 row.push(entry);
             }
         }
-        Rows { rows }
+        LegendRows { rows }
     }
 
     pub(crate) fn height(&self) -> f64 {
@@ -144,7 +146,7 @@ impl Rows {
     }
 
     /// Draws the rows centred at `middle`, from `top` down.
-    pub(crate) fn draw(&self, font: &Font, middle: f64, top: f64, marks: &mut Vec<Mark>) {
+    pub(crate) fn draw(&self, font: &Font, middle: f64, top: f64, marks: &mut Vec<SceneMark>) {
         for (i, row) in self.rows.iter().enumerate() {
             let mut left = middle - 0.5 * row_width(row, font);
             for entry in row {
@@ -155,36 +157,36 @@ impl Rows {
     }
 }
 
-fn row_width(row: &[Entry], font: &Font) -> f64 {
+fn row_width(row: &[LegendEntry], font: &Font) -> f64 {
     row.iter().map(|entry| entry.width(font) + ENTRY_GAP).sum::<f64>() - ENTRY_GAP
 }
 
 /// Shortens an entry with a name that is too long, which then ends in an ellipsis.
-fn fitted(entry: &Entry, font: &Font, width: f64) -> Option<Entry> {
+fn fitted(entry: &LegendEntry, font: &Font, width: f64) -> Option<LegendEntry> {
     let room = width - KEY - KEY_GAP;
     if font.width(&entry.name, SIZE) <= room {
         return Some(entry.clone());
     }
-    let dots = Text::plain("…");
+    let dots = MathText::plain("…");
     let start = wrap(&entry.name, font, SIZE, room - font.width(&dots, SIZE));
     let name = start.into_iter().next()?.then(dots);
-    Some(Entry { name, ..entry.clone() })
+    Some(LegendEntry { name, ..entry.clone() })
 }
 
 /// Entries below each other in a corner of the axes.
-pub(crate) struct Inset {
-    entries: Vec<Entry>,
+pub(crate) struct LegendInset {
+    entries: Vec<LegendEntry>,
     place: Rectangle,
 }
 
-impl Inset {
+impl LegendInset {
     /// Finds a corner of a rectangle from (0, 0) to `size` that no mark touches.
-    pub(crate) fn find<'a, Marks: Iterator<Item = &'a Mark>>(
-        entries: &[Entry],
+    pub(crate) fn find<'a, Marks: Iterator<Item = &'a SceneMark>>(
+        entries: &[LegendEntry],
         font: &Font,
-        size: Point,
+        size: ScenePoint,
         marks: impl Fn() -> Marks,
-    ) -> Option<Inset> {
+    ) -> Option<LegendInset> {
         let widths = entries.iter().map(|entry| entry.width(font));
         let width = widths.fold(0.0, f64::max) + 2.0 * PADDING;
         let height = entries.len() as f64 * ROW_HEIGHT + PADDING;
@@ -197,13 +199,16 @@ impl Inset {
             .into_iter()
             .map(|(left, top)| Rectangle { left, top, width, height })
             .find(|place| !marks().any(|mark| touches(mark, *place)))
-            .map(|place| Inset { entries: entries.to_vec(), place })
+            .map(|place| LegendInset { entries: entries.to_vec(), place })
     }
 
-    pub(crate) fn draw(&self, origin: Point, marks: &mut Vec<Mark>) {
+    pub(crate) fn draw(&self, origin: ScenePoint, marks: &mut Vec<SceneMark>) {
         let left = origin.0 + self.place.left;
         let top = origin.1 + self.place.top;
-        marks.push(Mark::Area { rectangle: Rectangle { left, top, ..self.place }, colour: PAPER });
+        marks.push(SceneMark::Area {
+            rectangle: Rectangle { left, top, ..self.place },
+            colour: PAPER,
+        });
         for (i, entry) in self.entries.iter().enumerate() {
             let middle = top + 0.5 * PADDING + (i as f64 + 0.5) * ROW_HEIGHT;
             entry.draw(left + PADDING, middle, marks);
@@ -211,24 +216,28 @@ impl Inset {
     }
 }
 
-fn touches(mark: &Mark, place: Rectangle) -> bool {
+fn touches(mark: &SceneMark, place: Rectangle) -> bool {
     match mark {
-        Mark::Lines { lines, .. } => {
+        SceneMark::Lines { lines, .. } => {
             lines.iter().any(|line| line.windows(2).any(|pair| place.meets(pair[0], pair[1])))
         }
-        Mark::Surface { outlines, .. } => outlines.iter().any(|outline| covers(outline, place)),
-        Mark::Dots { centres, .. } => centres.iter().any(|&centre| place.meets(centre, centre)),
+        SceneMark::Surface { outlines, .. } => {
+            outlines.iter().any(|outline| covers(outline, place))
+        }
+        SceneMark::Dots { centres, .. } => {
+            centres.iter().any(|&centre| place.meets(centre, centre))
+        }
         // A label to the right of its point.
-        Mark::Text { text, at, size, .. } => {
+        SceneMark::Text { text, at, size, .. } => {
             let letters: usize = text.runs().iter().map(|run| run.text.chars().count()).sum();
             place.meets(*at, (at.0 + letters as f64 * WIDE * size, at.1))
         }
-        Mark::Area { .. } => false,
+        SceneMark::Area { .. } => false,
     }
 }
 
 /// Whether a closed outline crosses or encloses a rectangle.
-fn covers(outline: &[Point], place: Rectangle) -> bool {
+fn covers(outline: &[ScenePoint], place: Rectangle) -> bool {
     let (x, y) = (place.left, place.top);
     let mut is_inside = false;
     for (i, &b) in outline.iter().enumerate() {

@@ -29,10 +29,12 @@ mod text;
 mod ticks;
 mod wrap;
 
-pub use figure::{Band, Envelope, Figure, HeatMap, Label, Panel, Series, Style, columns_for};
-pub use palette::{Look, Meaning, scale_of_colours};
+pub use figure::{
+    Envelope, Figure, HeatMap, Panel, PlotSeries, PointLabel, SeriesStyle, ShadedBand, columns_for,
+};
+pub use palette::{SeriesLook, SeriesMeaning, scale_of_colours};
 pub use png::RasterError;
-pub use text::Text;
+pub use text::MathText;
 
 /// The figure as an SVG document.
 pub fn render_svg(figure: &Figure) -> String {
@@ -62,8 +64,8 @@ mod tests {
         // Noise, so that no points are left out because of smoothness.
         let noise = |i: u32| f64::from(i.wrapping_mul(2_654_435_761) >> 8);
         let y: Vec<f64> = (0..points).map(noise).collect();
-        let series = |style| Series::new("x".into(), style, x.clone(), y.clone());
-        let styles = [Style::Line, Style::Dots, Style::ThinLine];
+        let series = |style| PlotSeries::new("x".into(), style, x.clone(), y.clone());
+        let styles = [SeriesStyle::Line, SeriesStyle::Dots, SeriesStyle::ThinLine];
         let high = y.iter().map(|y| y + 1e6).collect();
         let envelope =
             Envelope { x: x.clone(), low: y.clone(), high, around: Some(0), ..Envelope::default() };

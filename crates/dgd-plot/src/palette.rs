@@ -3,12 +3,12 @@
 //! Series with the same meaning have the same colour in every panel of every figure. A series without such a meaning is
 //! one of several alike, and takes the colour of its position among them.
 
-use crate::figure::{Panel, Style};
+use crate::figure::{Panel, SeriesStyle};
 use crate::scene::{Colour, Pen};
 
 /// The meaning of a series.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub enum Meaning {
+pub enum SeriesMeaning {
     /// One of several alike, whose colour follows from its position among them in its panel.
     #[default]
     OneOfSeveral,
@@ -41,12 +41,12 @@ const ORANGE: Colour = Colour(0xe6, 0x9f, 0x00);
 const BLACK: Colour = Colour(0x00, 0x00, 0x00);
 
 /// Colours of specific meanings. Simulated values, residuals and the first of several are blue.
-static MEANINGS: [(Meaning, Colour); 5] = [
-    (Meaning::Measured, BLACK),
-    (Meaning::Simulated, BLUE),
-    (Meaning::Residual, BLUE),
-    (Meaning::Before, VERMILION),
-    (Meaning::After, GREEN),
+static MEANINGS: [(SeriesMeaning, Colour); 5] = [
+    (SeriesMeaning::Measured, BLACK),
+    (SeriesMeaning::Simulated, BLUE),
+    (SeriesMeaning::Residual, BLUE),
+    (SeriesMeaning::Before, VERMILION),
+    (SeriesMeaning::After, GREEN),
 ];
 
 // Paul Tol's muted colours, which are distinguishable from those above.
@@ -122,10 +122,10 @@ pub(crate) fn pens(panel: &Panel) -> Vec<Pen> {
     let pen = |(meaning, style)| {
         let (colour, dashes) = hue(meaning, &mut alike);
         let (width, tint) = match style {
-            Style::Line => (1.6, 0.0),
-            Style::ThinLine => (0.8, TINT),
-            Style::Dots => (DOT_DIAMETER, TINT),
-            Style::Marks => (MARK_DIAMETER, 0.0),
+            SeriesStyle::Line => (1.6, 0.0),
+            SeriesStyle::ThinLine => (0.8, TINT),
+            SeriesStyle::Dots => (DOT_DIAMETER, TINT),
+            SeriesStyle::Marks => (MARK_DIAMETER, 0.0),
         };
         Pen { colour: tinted(colour, tint), width, dashes }
     };
@@ -134,7 +134,7 @@ pub(crate) fn pens(panel: &Panel) -> Vec<Pen> {
 
 /// How a series is distinguished from the others of its panel.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Look {
+pub struct SeriesLook {
     /// Red, green and blue; lightened for signals and dots.
     pub colour: [u8; 3],
     /// Lengths of dashes and gaps, px; empty for a solid line.
@@ -152,26 +152,29 @@ impl Panel {
     }
 
     /// The look of each series.
-    pub fn looks(&self) -> Vec<Look> {
+    pub fn looks(&self) -> Vec<SeriesLook> {
         let mut alike = 0..;
         let look = |meaning| {
             let (Colour(red, green, blue), dashes) = hue(meaning, &mut alike);
-            Look { colour: [red, green, blue], dashes }
+            SeriesLook { colour: [red, green, blue], dashes }
         };
         self.series.iter().map(|series| series.meaning).map(look).collect()
     }
 }
 
 /// Colour and dashes of a meaning; `alike` numbers the series without a specific one.
-fn hue(meaning: Meaning, alike: &mut impl Iterator<Item = usize>) -> (Colour, &'static [f32]) {
+fn hue(
+    meaning: SeriesMeaning,
+    alike: &mut impl Iterator<Item = usize>,
+) -> (Colour, &'static [f32]) {
     let of_table = |colours: &[Colour], place: usize| {
         (colours[place % colours.len()], DASHES[place / colours.len() % DASHES.len()])
     };
     let known = MEANINGS.iter().find(|(other, _)| *other == meaning);
     match (meaning, known) {
         (_, Some((_, colour))) => (*colour, DASHES[0]),
-        (Meaning::Input(place), _) => of_table(&INPUTS, place),
-        (Meaning::Variant(place), _) => of_table(&SEVERAL, place),
+        (SeriesMeaning::Input(place), _) => of_table(&INPUTS, place),
+        (SeriesMeaning::Variant(place), _) => of_table(&SEVERAL, place),
         _ => of_table(&SEVERAL, alike.next().unwrap_or_default()),
     }
 }
@@ -194,16 +197,17 @@ fn tinted(Colour(red, green, blue): Colour, white: f64) -> Colour {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::figure::Series;
+    use crate::figure::PlotSeries;
 
-    fn panel(meanings: &[Meaning]) -> Panel {
-        let series = |meaning: &Meaning| Series { meaning: *meaning, ..Series::default() };
+    fn panel(meanings: &[SeriesMeaning]) -> Panel {
+        let series =
+            |meaning: &SeriesMeaning| PlotSeries { meaning: *meaning, ..PlotSeries::default() };
         Panel { series: meanings.iter().map(series).collect(), ..Panel::default() }
     }
 
     #[test]
     fn what_means_the_same_has_one_colour_wherever_it_stands() {
-        use Meaning::{After, Before, Input, Measured, OneOfSeveral, Simulated};
+        use SeriesMeaning::{After, Before, Input, Measured, OneOfSeveral, Simulated};
         let one = pens(&panel(&[Simulated, Measured, Input(1)]));
         let other = pens(&panel(&[OneOfSeveral, Input(1), Before, Measured, After, Simulated]));
         assert_eq!((one[0], one[1], one[2]), (other[5], other[3], other[1]));
@@ -217,9 +221,9 @@ mod tests {
 
     #[test]
     fn several_alike_have_no_colour_that_stands_for_something() {
-        use Meaning::{After, Before, Input, Measured, Simulated, Variant};
+        use SeriesMeaning::{After, Before, Input, Measured, Simulated, Variant};
         let meant = [Measured, Before, After, Input(0), Input(1), Input(2)];
-        let several: Vec<Meaning> = (0..SEVERAL.len()).map(Variant).collect();
+        let several: Vec<SeriesMeaning> = (0..SEVERAL.len()).map(Variant).collect();
         let (meant, several) = (pens(&panel(&meant)), pens(&panel(&several)));
         assert!(several.iter().all(|one| meant.iter().all(|other| other.colour != one.colour)));
         // The first has the colour of simulated values.
@@ -238,7 +242,7 @@ mod tests {
 
     #[test]
     fn several_alike_are_told_apart_and_do_not_count_what_has_a_meaning() {
-        use Meaning::{Measured, OneOfSeveral};
+        use SeriesMeaning::{Measured, OneOfSeveral};
         let alone = pens(&panel(&[OneOfSeveral; 20]));
         for (i, pen) in alone.iter().enumerate() {
             assert!(!alone[..i].contains(pen), "{i}");

@@ -10,7 +10,7 @@ use tiny_skia::{
 use ttf_parser::OutlineBuilder;
 
 use crate::font::Font;
-use crate::scene::{Anchor, Colour, Direction, Mark, Pen, Point, Scene};
+use crate::scene::{Colour, Pen, Scene, SceneMark, ScenePoint, TextAnchor, TextDirection};
 
 /// Pixels of the image per pixel of the scene.
 const SCALE: f32 = 2.0;
@@ -62,43 +62,45 @@ pub(crate) fn encode(scene: &Scene) -> Result<Vec<u8>, RasterError> {
     image.encode_png().map_err(|error| RasterError::Encoding(error.to_string()))
 }
 
-fn draw(mark: &Mark, font: &Font, image: &mut Pixmap) {
+fn draw(mark: &SceneMark, font: &Font, image: &mut Pixmap) {
     let scale = Transform::from_scale(SCALE, SCALE);
     match mark {
-        Mark::Area { rectangle, colour } => {
+        SceneMark::Area { rectangle, colour } => {
             let (left, top) = (rectangle.left as f32, rectangle.top as f32);
             let (width, height) = (rectangle.width as f32, rectangle.height as f32);
             if let Some(area) = Rect::from_xywh(left, top, width, height) {
                 image.fill_rect(area, &paint(*colour), scale, None);
             }
         }
-        Mark::Surface { outlines, colour } => {
+        SceneMark::Surface { outlines, colour } => {
             // Filling closes each outline.
             if let Some(path) = joined(outlines) {
                 image.fill_path(&path, &paint(*colour), FillRule::Winding, scale, None);
             }
         }
-        Mark::Lines { lines, pen } => {
+        SceneMark::Lines { lines, pen } => {
             if let Some(path) = joined(lines) {
                 image.stroke_path(&path, &paint(pen.colour), &stroke(*pen), scale, None);
             }
         }
-        Mark::Dots { centres, diameter, colour } => fill_dots(centres, *diameter, *colour, image),
-        Mark::Text { text, at, anchor, direction, size, colour } => {
-            let mut outline = Outline(PathBuilder::new());
+        SceneMark::Dots { centres, diameter, colour } => {
+            fill_dots(centres, *diameter, *colour, image)
+        }
+        SceneMark::Text { text, at, anchor, direction, size, colour } => {
+            let mut outline = PngOutline(PathBuilder::new());
             font.draw(text, *size, &mut outline);
             let Some(path) = outline.0.finish() else {
                 return;
             };
             let before = match anchor {
-                Anchor::Start => 0.0,
-                Anchor::Middle => 0.5,
-                Anchor::End => 1.0,
+                TextAnchor::Start => 0.0,
+                TextAnchor::Middle => 0.5,
+                TextAnchor::End => 1.0,
             };
             let start = -before * font.width(text, *size);
             let turn = match direction {
-                Direction::Rightwards => 0.0,
-                Direction::Upwards => -90.0,
+                TextDirection::Rightwards => 0.0,
+                TextDirection::Upwards => -90.0,
             };
             let place = scale
                 .pre_translate(at.0 as f32, at.1 as f32)
@@ -109,7 +111,7 @@ fn draw(mark: &Mark, font: &Font, image: &mut Pixmap) {
     }
 }
 
-fn joined(lines: &[Vec<Point>]) -> Option<Path> {
+fn joined(lines: &[Vec<ScenePoint>]) -> Option<Path> {
     let mut builder = PathBuilder::new();
     for line in lines {
         for (i, &(x, y)) in line.iter().enumerate() {
@@ -122,7 +124,7 @@ fn joined(lines: &[Vec<Point>]) -> Option<Path> {
     builder.finish()
 }
 
-fn fill_dots(centres: &[Point], diameter: f64, colour: Colour, image: &mut Pixmap) {
+fn fill_dots(centres: &[ScenePoint], diameter: f64, colour: Colour, image: &mut Pixmap) {
     let mut builder = PathBuilder::new();
     for &(x, y) in centres {
         builder.push_circle(x as f32, y as f32, 0.5 * diameter as f32);
@@ -150,9 +152,9 @@ fn stroke(pen: Pen) -> Stroke {
 }
 
 /// Copies the outlines of glyphs into a path.
-struct Outline(PathBuilder);
+struct PngOutline(PathBuilder);
 
-impl OutlineBuilder for Outline {
+impl OutlineBuilder for PngOutline {
     fn move_to(&mut self, x: f32, y: f32) {
         self.0.move_to(x, y);
     }

@@ -1,70 +1,73 @@
 //! The scene to draw, in pixels from the upper left corner: the last stage shared by all formats.
 
-use crate::text::Text;
+use crate::text::MathText;
 
 /// A page of marks; later marks cover earlier ones.
 pub(crate) struct Scene {
     pub(crate) width: f64,
     pub(crate) height: f64,
-    pub(crate) marks: Vec<Mark>,
+    pub(crate) marks: Vec<SceneMark>,
 }
 
-pub(crate) type Point = (f64, f64);
+pub(crate) type ScenePoint = (f64, f64);
 
-pub(crate) enum Mark {
+pub(crate) enum SceneMark {
     Area {
         rectangle: Rectangle,
         colour: Colour,
     },
     /// Interiors of closed outlines.
     Surface {
-        outlines: Vec<Vec<Point>>,
+        outlines: Vec<Vec<ScenePoint>>,
         colour: Colour,
     },
     /// Lines of one pen, each of two points or more.
     Lines {
-        lines: Vec<Vec<Point>>,
+        lines: Vec<Vec<ScenePoint>>,
         pen: Pen,
     },
     Dots {
-        centres: Vec<Point>,
+        centres: Vec<ScenePoint>,
         diameter: f64,
         colour: Colour,
     },
     Text {
-        text: Text,
+        text: MathText,
         /// A point of the baseline.
-        at: Point,
-        anchor: Anchor,
-        direction: Direction,
+        at: ScenePoint,
+        anchor: TextAnchor,
+        direction: TextDirection,
         size: f64,
         colour: Colour,
     },
 }
 
-impl Mark {
+impl SceneMark {
     /// The same mark, moved to the right and down.
-    pub(crate) fn shifted(&self, by: Point) -> Mark {
-        let shift = |point: &Point| (point.0 + by.0, point.1 + by.1);
+    pub(crate) fn shifted(&self, by: ScenePoint) -> SceneMark {
+        let shift = |point: &ScenePoint| (point.0 + by.0, point.1 + by.1);
         match self {
-            Mark::Area { rectangle, colour } => {
+            SceneMark::Area { rectangle, colour } => {
                 let (left, top) = shift(&(rectangle.left, rectangle.top));
-                Mark::Area { rectangle: Rectangle { left, top, ..*rectangle }, colour: *colour }
+                SceneMark::Area {
+                    rectangle: Rectangle { left, top, ..*rectangle },
+                    colour: *colour,
+                }
             }
-            Mark::Surface { outlines, colour } => Mark::Surface {
+            SceneMark::Surface { outlines, colour } => SceneMark::Surface {
                 outlines: outlines.iter().map(|line| line.iter().map(shift).collect()).collect(),
                 colour: *colour,
             },
-            Mark::Lines { lines, pen } => Mark::Lines {
+            SceneMark::Lines { lines, pen } => SceneMark::Lines {
                 lines: lines.iter().map(|line| line.iter().map(shift).collect()).collect(),
                 pen: *pen,
             },
-            Mark::Dots { centres, diameter, colour } => Mark::Dots {
+            SceneMark::Dots { centres, diameter, colour } => SceneMark::Dots {
                 centres: centres.iter().map(shift).collect(),
                 diameter: *diameter,
                 colour: *colour,
             },
-            Mark::Text { text, at, anchor, direction, size, colour } => Mark::Text {
+            SceneMark::Text { text, at, anchor, direction, size, colour } => SceneMark::Text {
                 text: text.clone(),
                 at: shift(at),
                 anchor: *anchor,
@@ -94,7 +97,7 @@ impl Rectangle {
     }
 
     /// Whether any part of the segment from `a` to `b` lies in the rectangle.
-    pub(crate) fn meets(self, a: Point, b: Point) -> bool {
+    pub(crate) fn meets(self, a: ScenePoint, b: ScenePoint) -> bool {
         // Liang–Barsky: the part of a + s (b − a), 0 ≤ s ≤ 1, inside all four half-planes.
         let (dx, dy) = (b.0 - a.0, b.1 - a.1);
         let (mut enter, mut leave) = (0.0_f64, 1.0_f64);
@@ -130,14 +133,14 @@ pub(crate) struct Pen {
 pub(crate) struct Colour(pub(crate) u8, pub(crate) u8, pub(crate) u8);
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum Anchor {
+pub(crate) enum TextAnchor {
     Start,
     Middle,
     End,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum Direction {
+pub(crate) enum TextDirection {
     Rightwards,
     Upwards,
 }

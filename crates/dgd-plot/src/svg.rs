@@ -2,8 +2,10 @@
 
 use std::fmt::Write;
 
-use crate::scene::{Anchor, Colour, Direction, Mark, Pen, Point, Rectangle, Scene};
-use crate::text::Text;
+use crate::scene::{
+    Colour, Pen, Rectangle, Scene, SceneMark, ScenePoint, TextAnchor, TextDirection,
+};
+use crate::text::MathText;
 use crate::text::{Script, escaped};
 
 /// Families with the widths of the embedded font; one of them is on every system with fonts.
@@ -27,25 +29,25 @@ fn write_scene(svg: &mut String, scene: &Scene) -> std::fmt::Result {
     writeln!(svg, "<rect width=\"{width}\" height=\"{height}\" fill=\"#ffffff\"/>")?;
     for mark in &scene.marks {
         match mark {
-            Mark::Area { rectangle, colour } => write_area(svg, *rectangle, *colour)?,
-            Mark::Surface { outlines, colour } => write_surface(svg, outlines, *colour)?,
-            Mark::Lines { lines, pen } => write_lines(svg, lines, *pen)?,
-            Mark::Dots { centres, diameter, colour } => {
+            SceneMark::Area { rectangle, colour } => write_area(svg, *rectangle, *colour)?,
+            SceneMark::Surface { outlines, colour } => write_surface(svg, outlines, *colour)?,
+            SceneMark::Lines { lines, pen } => write_lines(svg, lines, *pen)?,
+            SceneMark::Dots { centres, diameter, colour } => {
                 write_dots(svg, centres, *diameter, *colour)?;
             }
-            Mark::Text { text, at, anchor, direction, size, colour } => {
+            SceneMark::Text { text, at, anchor, direction, size, colour } => {
                 write!(svg, "<text ")?;
                 match direction {
-                    Direction::Rightwards => write_place(svg, *at)?,
-                    Direction::Upwards => {
+                    TextDirection::Rightwards => write_place(svg, *at)?,
+                    TextDirection::Upwards => {
                         let (x, y) = (number(at.0), number(at.1));
                         write!(svg, "transform=\"translate({x} {y}) rotate(-90)\"")?;
                     }
                 }
                 let anchor = match anchor {
-                    Anchor::Start => "",
-                    Anchor::Middle => " text-anchor=\"middle\"",
-                    Anchor::End => " text-anchor=\"end\"",
+                    TextAnchor::Start => "",
+                    TextAnchor::Middle => " text-anchor=\"middle\"",
+                    TextAnchor::End => " text-anchor=\"end\"",
                 };
                 let (size_text, colour) = (number(*size), hex(*colour));
                 write!(svg, "{anchor} font-size=\"{size_text}\" fill=\"{colour}\">")?;
@@ -57,7 +59,7 @@ fn write_scene(svg: &mut String, scene: &Scene) -> std::fmt::Result {
     writeln!(svg, "</svg>")
 }
 
-fn write_place(svg: &mut String, at: Point) -> std::fmt::Result {
+fn write_place(svg: &mut String, at: ScenePoint) -> std::fmt::Result {
     write!(svg, "x=\"{}\" y=\"{}\"", number(at.0), number(at.1))
 }
 
@@ -68,7 +70,11 @@ fn write_area(svg: &mut String, rectangle: Rectangle, colour: Colour) -> std::fm
     writeln!(svg, " width=\"{width}\" height=\"{height}\" fill=\"{}\"/>", hex(colour))
 }
 
-fn write_surface(svg: &mut String, outlines: &[Vec<Point>], colour: Colour) -> std::fmt::Result {
+fn write_surface(
+    svg: &mut String,
+    outlines: &[Vec<ScenePoint>],
+    colour: Colour,
+) -> std::fmt::Result {
     if outlines.is_empty() {
         return Ok(());
     }
@@ -78,7 +84,7 @@ fn write_surface(svg: &mut String, outlines: &[Vec<Point>], colour: Colour) -> s
     writeln!(svg, "\" fill=\"{}\"/>", hex(colour))
 }
 
-fn write_lines(svg: &mut String, lines: &[Vec<Point>], pen: Pen) -> std::fmt::Result {
+fn write_lines(svg: &mut String, lines: &[Vec<ScenePoint>], pen: Pen) -> std::fmt::Result {
     if lines.is_empty() {
         return Ok(());
     }
@@ -92,7 +98,7 @@ fn write_lines(svg: &mut String, lines: &[Vec<Point>], pen: Pen) -> std::fmt::Re
     writeln!(svg, "/>")
 }
 
-fn write_path(svg: &mut String, lines: &[Vec<Point>]) -> std::fmt::Result {
+fn write_path(svg: &mut String, lines: &[Vec<ScenePoint>]) -> std::fmt::Result {
     for line in lines {
         let mut last = (0, 0);
         for (i, &point) in line.iter().enumerate() {
@@ -111,7 +117,7 @@ fn write_path(svg: &mut String, lines: &[Vec<Point>]) -> std::fmt::Result {
 
 fn write_dots(
     svg: &mut String,
-    centres: &[Point],
+    centres: &[ScenePoint],
     diameter: f64,
     colour: Colour,
 ) -> std::fmt::Result {
@@ -130,7 +136,7 @@ fn write_dots(
     writeln!(svg, "\" stroke=\"{colour}\" stroke-width=\"{width}\" stroke-linecap=\"round\"/>")
 }
 
-fn write_runs(svg: &mut String, text: &Text, size: f64) -> std::fmt::Result {
+fn write_runs(svg: &mut String, text: &MathText, size: f64) -> std::fmt::Result {
     let mut shift = 0.0;
     for run in text.runs() {
         let move_down = size * run.script.shift() - shift;
@@ -207,7 +213,7 @@ mod tests {
     #[test]
     fn text_is_escaped_and_scripts_return_to_the_base_line() {
         let mut svg = String::new();
-        let text = Text::name("a_b").then(Text::plain(" <&> c"));
+        let text = MathText::name("a_b").then(MathText::plain(" <&> c"));
         assert!(write_runs(&mut svg, &text, 10.0).is_ok());
         assert_eq!(
             svg,

@@ -2,13 +2,13 @@
 
 /// A line of text with subscripts and superscripts.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
-pub struct Text {
+pub struct MathText {
     /// No run is empty and neighbours differ in script.
-    runs: Vec<Run>,
+    runs: Vec<TextRun>,
 }
 
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub(crate) struct Run {
+pub(crate) struct TextRun {
     pub(crate) text: String,
     pub(crate) script: Script,
 }
@@ -23,10 +23,10 @@ pub(crate) enum Script {
 /// Maximum number of characters after the symbol of a name, including underscores, that become a subscript.
 const LONGEST_SUBSCRIPT: usize = 9;
 
-impl Text {
+impl MathText {
     /// Plain text.
-    pub fn plain(text: &str) -> Text {
-        let mut line = Text::default();
+    pub fn plain(text: &str) -> MathText {
+        let mut line = MathText::default();
         line.push(text, Script::Base);
         line
     }
@@ -36,10 +36,10 @@ impl Text {
     ///
     /// A subscript is short and belongs to a symbol of one or two letters or a Greek letter's name: `pump_speed` and
     /// `q_of_the_third_pump` stay unchanged, as does the path of a dotted name.
-    pub fn name(name: &str) -> Text {
+    pub fn name(name: &str) -> MathText {
         // An argument, as in x(0), belongs to the whole name.
         if let Some(at) = name.find('(') {
-            return Text::name(&name[..at]).then(Text::plain(&name[at..]));
+            return MathText::name(&name[..at]).then(MathText::plain(&name[at..]));
         }
         let (path, last) = match name.rfind('.') {
             Some(dot) => name.split_at(dot + 1),
@@ -56,7 +56,7 @@ impl Text {
         let is_symbol = (1..=2).contains(&letters.chars().count());
         let symbol = greek(letters).or(is_symbol.then_some(letters)).filter(|_| is_short);
 
-        let mut text = Text::plain(path);
+        let mut text = MathText::plain(path);
         let Some(symbol) = symbol else {
             text.push(word, Script::Base);
             text.push(index, Script::Subscript);
@@ -75,13 +75,16 @@ impl Text {
     }
 
     /// The partial derivative ∂of/∂by of two names.
-    pub fn derivative(of: &str, by: &str) -> Text {
-        Text::plain("∂").then(Text::name(of)).then(Text::plain("/∂")).then(Text::name(by))
+    pub fn derivative(of: &str, by: &str) -> MathText {
+        MathText::plain("∂")
+            .then(MathText::name(of))
+            .then(MathText::plain("/∂"))
+            .then(MathText::name(by))
     }
 
     /// A unit typeset as in papers: `m^3/s` with a superscript 3, `Pa*s` with a raised dot.
-    pub fn unit(unit: &str) -> Text {
-        let mut text = Text::default();
+    pub fn unit(unit: &str) -> MathText {
+        let mut text = MathText::default();
         let mut rest = unit.trim();
         while let Some(first) = rest.chars().next() {
             let length = match first {
@@ -111,18 +114,18 @@ impl Text {
 
     /// Appends a unit in brackets; `[–]` stands for a dimensionless quantity.
     #[must_use]
-    pub fn with_unit(self, unit: &str) -> Text {
+    pub fn with_unit(self, unit: &str) -> MathText {
         let unit = match unit.trim() {
-            "" | "1" => Text::plain("–"),
-            unit => Text::unit(unit),
+            "" | "1" => MathText::plain("–"),
+            unit => MathText::unit(unit),
         };
         let opening = if self.is_empty() { "[" } else { " [" };
-        self.then(Text::plain(opening)).then(unit).then(Text::plain("]"))
+        self.then(MathText::plain(opening)).then(unit).then(MathText::plain("]"))
     }
 
     /// Joins two texts.
     #[must_use]
-    pub fn then(mut self, next: Text) -> Text {
+    pub fn then(mut self, next: MathText) -> MathText {
         for run in next.runs {
             self.push(&run.text, run.script);
         }
@@ -136,7 +139,7 @@ impl Text {
 
     /// The text without markup: `q_a`, `m³/s`.
     pub fn to_plain(&self) -> String {
-        let run = |run: &Run| match run.script {
+        let run = |run: &TextRun| match run.script {
             Script::Base => run.text.clone(),
             Script::Subscript => format!("_{}", run.text),
             Script::Superscript => {
@@ -149,7 +152,7 @@ impl Text {
 
     /// The text as markup of a web page.
     pub fn to_html(&self) -> String {
-        let run = |run: &Run| {
+        let run = |run: &TextRun| {
             let text = escaped(&run.text);
             match run.script {
                 Script::Base => text,
@@ -160,7 +163,7 @@ impl Text {
         self.runs.iter().map(run).collect()
     }
 
-    pub(crate) fn runs(&self) -> &[Run] {
+    pub(crate) fn runs(&self) -> &[TextRun] {
         &self.runs
     }
 
@@ -172,14 +175,14 @@ impl Text {
         let clean = text.chars().map(|c| if c.is_control() { ' ' } else { c });
         match self.runs.last_mut() {
             Some(last) if last.script == script => last.text.extend(clean),
-            _ => self.runs.push(Run { text: clean.collect(), script }),
+            _ => self.runs.push(TextRun { text: clean.collect(), script }),
         }
     }
 }
 
-impl From<&str> for Text {
-    fn from(text: &str) -> Text {
-        Text::plain(text)
+impl From<&str> for MathText {
+    fn from(text: &str) -> MathText {
+        MathText::plain(text)
     }
 }
 
@@ -263,7 +266,7 @@ pub(crate) mod tests {
     use super::*;
 
     /// Scripts written as in TeX.
-    pub(crate) fn show(text: &Text) -> String {
+    pub(crate) fn show(text: &MathText) -> String {
         text.runs
             .iter()
             .map(|run| match run.script {
@@ -300,9 +303,9 @@ pub(crate) mod tests {
             ("[", ""),
             ("a]b[c]d", "a]b_{c]d}"),
         ] {
-            assert_eq!(show(&Text::name(name)), shown, "{name}");
+            assert_eq!(show(&MathText::name(name)), shown, "{name}");
         }
-        assert_eq!(show(&Text::derivative("a_r", "c0")), "∂a_{r}/∂c_{0}");
+        assert_eq!(show(&MathText::derivative("a_r", "c0")), "∂a_{r}/∂c_{0}");
     }
 
     #[test]
@@ -318,12 +321,12 @@ pub(crate) mod tests {
             ("m^(2", "m(2"),
             ("%", "%"),
         ] {
-            assert_eq!(show(&Text::unit(unit)), shown, "{unit}");
+            assert_eq!(show(&MathText::unit(unit)), shown, "{unit}");
         }
-        assert_eq!(show(&Text::name("q_a").with_unit("1")), "q_{a} [–]");
-        assert_eq!(show(&Text::default().with_unit("m")), "[m]");
-        assert_eq!(Text::unit("m^3/<s>").to_html(), "m<sup>3</sup>/&lt;s&gt;");
-        assert_eq!(Text::name("q_a").with_unit("m^3/s").to_plain(), "q_a [m³/s]");
-        assert_eq!(Text::unit("Pa^(1/2)*m^-2").to_plain(), "Pa^1/2·m⁻²");
+        assert_eq!(show(&MathText::name("q_a").with_unit("1")), "q_{a} [–]");
+        assert_eq!(show(&MathText::default().with_unit("m")), "[m]");
+        assert_eq!(MathText::unit("m^3/<s>").to_html(), "m<sup>3</sup>/&lt;s&gt;");
+        assert_eq!(MathText::name("q_a").with_unit("m^3/s").to_plain(), "q_a [m³/s]");
+        assert_eq!(MathText::unit("Pa^(1/2)*m^-2").to_plain(), "Pa^1/2·m⁻²");
     }
 }

@@ -8,26 +8,26 @@
 //!   value = label · 10^exponent + offset
 //! ```
 
-use crate::text::{Script, Text};
+use crate::text::{MathText, Script};
 
 /// An axis: maps values to positions, and has ticks with labels.
 #[derive(Debug)]
-pub(crate) struct Axis {
+pub(crate) struct PlotAxis {
     /// Power of ten near the largest value; the limits are relative to it, so that no range of
     /// numbers overflows.
     unit: f64,
     low: f64,
     high: f64,
-    pub(crate) ticks: Vec<Tick>,
+    pub(crate) ticks: Vec<AxisTick>,
     /// Common part of all labels, such as ×10⁻⁸; usually empty.
-    pub(crate) common: Text,
+    pub(crate) common: MathText,
 }
 
 #[derive(Debug)]
-pub(crate) struct Tick {
+pub(crate) struct AxisTick {
     /// Position along the axis, from 0 to 1.
     pub(crate) fraction: f64,
-    pub(crate) label: Text,
+    pub(crate) label: MathText,
 }
 
 /// Ranges below this fraction of the values are rounding errors of a constant: a sum of thousands of terms is accurate
@@ -45,15 +45,15 @@ const SLACK: f64 = 1e-3;
 /// Numbers below this are shown as zero: their reciprocals overflow.
 const SMALLEST: f64 = 1e-300;
 
-impl Axis {
+impl PlotAxis {
     /// The axis for values from `low` to `high`, with `room` times the range free at both ends and at most `intervals`
     /// intervals between ticks.
     ///
     /// Without values (`low > high`, as a minimum and a maximum over nothing) there are no ticks.
-    pub(crate) fn new(low: f64, high: f64, room: f64, intervals: u32) -> Axis {
+    pub(crate) fn new(low: f64, high: f64, room: f64, intervals: u32) -> PlotAxis {
         if !(low.is_finite() && high.is_finite() && low <= high) {
-            let (ticks, common) = (Vec::new(), Text::default());
-            return Axis { unit: 1.0, low: 0.0, high: 1.0, ticks, common };
+            let (ticks, common) = (Vec::new(), MathText::default());
+            return PlotAxis { unit: 1.0, low: 0.0, high: 1.0, ticks, common };
         }
         let largest = low.abs().max(high.abs());
         let decade = if largest < SMALLEST { 0 } else { decade_of(largest) };
@@ -67,7 +67,7 @@ impl Axis {
             let free = room * (high - low);
             (low, high) = (low - free, high + free);
         }
-        let mut axis = Axis { unit, low, high, ticks: Vec::new(), common: Text::default() };
+        let mut axis = PlotAxis { unit, low, high, ticks: Vec::new(), common: MathText::default() };
         axis.place_ticks(decade, intervals.max(1));
         axis
     }
@@ -79,7 +79,7 @@ impl Axis {
 
     fn place_ticks(&mut self, decade: i32, intervals: u32) {
         let (low, high) = (self.low, self.high);
-        let mut step = Step::at_least((high - low) / f64::from(intervals));
+        let mut step = TickStep::at_least((high - low) / f64::from(intervals));
         let (mut first, mut last) = step.within(low, high);
         // Uses a finer step if its ticks still fit, and at least two ticks in any case.
         loop {
@@ -92,8 +92,8 @@ impl Axis {
         }
 
         // All in units of 10^power, relative to 10^decade: tick i stands at i·digit.
-        let Step { digit, power } = step;
-        let offset = Offset::of(low, high, power);
+        let TickStep { digit, power } = step;
+        let offset = TickOffset::choose(low, high, power);
         let numbers = (first..=last).map(|i| i * digit - offset.in_units_of(power));
         let numbers: Vec<i64> = numbers.collect();
         let largest = numbers.iter().map(|n| n.unsigned_abs()).max().unwrap_or(0);
@@ -102,9 +102,9 @@ impl Axis {
         self.ticks = numbers
             .iter()
             .zip(first..=last)
-            .map(|(&number, i)| Tick {
+            .map(|(&number, i)| AxisTick {
                 fraction: ((i * digit) as f64 * power_of_ten(power) - low) / (high - low),
-                label: Text::plain(&decimal(number, power + decade - exponent)),
+                label: MathText::plain(&decimal(number, power + decade - exponent)),
             })
             .collect();
 
@@ -114,34 +114,34 @@ impl Axis {
         if offset.number != 0 {
             let space = if exponent == 0 { "" } else { " " };
             let power = std::mem::take(&mut self.common);
-            self.common = power.then(Text::plain(space)).then(offset.text(decade));
+            self.common = power.then(MathText::plain(space)).then(offset.text(decade));
         }
     }
 }
 
 /// A distance between ticks, digit·10^power.
 #[derive(Debug, Clone, Copy, PartialEq)]
-struct Step {
+struct TickStep {
     digit: i64,
     power: i32,
 }
 
-impl Step {
-    fn at_least(distance: f64) -> Step {
+impl TickStep {
+    fn at_least(distance: f64) -> TickStep {
         let power = decade_of(distance);
         let leading = distance / power_of_ten(power);
         // A distance that is 2 up to rounding must not become 5.
         match [1, 2, 5].into_iter().find(|&digit| leading <= digit as f64 * (1.0 + SLACK)) {
-            Some(digit) => Step { digit, power },
-            None => Step { digit: 1, power: power + 1 },
+            Some(digit) => TickStep { digit, power },
+            None => TickStep { digit: 1, power: power + 1 },
         }
     }
 
-    fn finer(self) -> Step {
+    fn finer(self) -> TickStep {
         match self.digit {
-            5 => Step { digit: 2, ..self },
-            2 => Step { digit: 1, ..self },
-            _ => Step { digit: 5, power: self.power - 1 },
+            5 => TickStep { digit: 2, ..self },
+            2 => TickStep { digit: 1, ..self },
+            _ => TickStep { digit: 5, power: self.power - 1 },
         }
     }
 
@@ -155,26 +155,26 @@ impl Step {
 
 /// The offset of the labels of a narrow range, number·10^power; zero for a wide range.
 #[derive(Debug, Clone, Copy)]
-struct Offset {
+struct TickOffset {
     number: i64,
     power: i32,
 }
 
-impl Offset {
+impl TickOffset {
     /// The roundest number within five ranges of the range, a multiple of 10^finest.
-    fn of(low: f64, high: f64, finest: i32) -> Offset {
+    fn choose(low: f64, high: f64, finest: i32) -> TickOffset {
         let (middle, span) = (f64::midpoint(low, high), high - low);
         if span >= NARROW * middle.abs() {
-            return Offset { number: 0, power: 0 };
+            return TickOffset { number: 0, power: 0 };
         }
         let near = |power: i32| {
             let unit = power_of_ten(power);
             let number = (middle / unit).round();
             let near = (number * unit - middle).abs() <= 5.0 * span;
-            near.then_some(Offset { number: number as i64, power })
+            near.then_some(TickOffset { number: number as i64, power })
         };
         let exact =
-            Offset { number: (middle / power_of_ten(finest)).round() as i64, power: finest };
+            TickOffset { number: (middle / power_of_ten(finest)).round() as i64, power: finest };
         (finest..=decade_of(middle.abs())).rev().find_map(near).unwrap_or(exact)
     }
 
@@ -184,21 +184,21 @@ impl Offset {
     }
 
     /// The offset after a sign, times 10^decade.
-    fn text(self, decade: i32) -> Text {
+    fn text(self, decade: i32) -> MathText {
         let sign = if self.number < 0 { "− " } else { "+ " };
         let number = self.number.abs();
         let power = self.power + decade;
         let leading = decimal_length(number.unsigned_abs()) - 1;
         if (-4..=7).contains(&(leading + power)) {
-            return Text::plain(sign).then(Text::plain(&decimal(number, power)));
+            return MathText::plain(sign).then(MathText::plain(&decimal(number, power)));
         }
         let mantissa = decimal(number, -leading);
-        Text::plain(sign).then(power_text(&format!("{mantissa}×10"), leading + power))
+        MathText::plain(sign).then(power_text(&format!("{mantissa}×10"), leading + power))
     }
 }
 
-fn power_text(base: &str, exponent: i32) -> Text {
-    let mut text = Text::plain(base);
+fn power_text(base: &str, exponent: i32) -> MathText {
+    let mut text = MathText::plain(base);
     text.push(&exponent.to_string().replace('-', "−"), Script::Superscript);
     text
 }
@@ -243,11 +243,11 @@ fn power_of_ten(e: i32) -> f64 {
 mod tests {
     use super::*;
 
-    fn words(text: &Text) -> String {
+    fn words(text: &MathText) -> String {
         text.runs().iter().map(|run| run.text.as_str()).collect()
     }
 
-    fn show(axis: &Axis) -> String {
+    fn show(axis: &PlotAxis) -> String {
         let labels: Vec<_> = axis.ticks.iter().map(|tick| words(&tick.label)).collect();
         format!("{} | {}", labels.join(" "), words(&axis.common))
     }
@@ -265,7 +265,7 @@ mod tests {
             (0.011, 0.019, 4, "0.012 0.014 0.016 0.018 | "),
             (20000.0, 60000.0, 4, "20000 30000 40000 50000 60000 | "),
         ] {
-            let axis = Axis::new(low, high, 0.0, intervals);
+            let axis = PlotAxis::new(low, high, 0.0, intervals);
             assert_eq!(show(&axis), shown, "{low} {high}");
         }
     }
@@ -273,12 +273,12 @@ mod tests {
     #[test]
     fn a_constant_lies_in_the_middle_of_a_readable_range() {
         for value in [101_325.0, -2.5e-9, 0.0, 5e-324, 1e308] {
-            let axis = Axis::new(value, value, 0.05, 4);
+            let axis = PlotAxis::new(value, value, 0.05, 4);
             assert!((axis.fraction(value) - 0.5).abs() < 1e-9, "{value}");
             assert!(axis.ticks.len() >= 2, "{value}: {}", show(&axis));
         }
         // The last digit of a double is rounding.
-        let axis = Axis::new(1.0, 1.0 + f64::EPSILON, 0.05, 4);
+        let axis = PlotAxis::new(1.0, 1.0 + f64::EPSILON, 0.05, 4);
         assert_eq!(show(&axis), "0.90 0.95 1.00 1.05 1.10 | ");
     }
 
@@ -289,7 +289,7 @@ mod tests {
             (-9.120_001, -9.120_000_6, "−1.0 −0.9 −0.8 −0.7 −0.6 | ×10−6 − 9.12"),
             (1e9, 1e9 + 30.0, "0 10 20 30 | + 1×109"),
         ] {
-            assert_eq!(show(&Axis::new(low, high, 0.0, 4)), shown);
+            assert_eq!(show(&PlotAxis::new(low, high, 0.0, 4)), shown);
         }
     }
 
@@ -300,7 +300,7 @@ mod tests {
         for low in signed() {
             for high in signed().filter(|&high| high >= low) {
                 for intervals in [0, 1, 3, 12] {
-                    let axis = Axis::new(low, high, 0.05, intervals);
+                    let axis = PlotAxis::new(low, high, 0.05, intervals);
                     assert!(axis.ticks.len() >= 2, "{low} {high}");
                     assert!(axis.ticks.len() <= intervals.max(2) as usize + 4, "{low} {high}");
                     for tick in &axis.ticks {
@@ -318,7 +318,7 @@ mod tests {
         for (low, high) in
             [(f64::INFINITY, f64::NEG_INFINITY), (f64::NAN, f64::NAN), (0.0, f64::INFINITY)]
         {
-            assert!(Axis::new(low, high, 0.05, 4).ticks.is_empty());
+            assert!(PlotAxis::new(low, high, 0.05, 4).ticks.is_empty());
         }
     }
 }

@@ -1,18 +1,18 @@
 //! Breaks text into lines of a given width.
 
 use crate::font::Font;
-use crate::text::{Script, Text};
+use crate::text::{MathText, Script};
 
 /// Breaks the text into lines no wider than `width`: at spaces, else after a punctuation mark, else anywhere. A line
 /// has at least one character.
-pub(crate) fn wrap(text: &Text, font: &Font, size: f64, width: f64) -> Vec<Text> {
+pub(crate) fn wrap(text: &MathText, font: &Font, size: f64, width: f64) -> Vec<MathText> {
     let characters: Vec<(char, Script)> =
         text.runs().iter().flat_map(|run| run.text.chars().map(|c| (c, run.script))).collect();
     let mut lines = Vec::new();
     let mut start = 0;
     while start < characters.len() {
         let end = line_end(&characters[start..], font, size, width) + start;
-        let mut line = Text::default();
+        let mut line = MathText::default();
         for &(character, script) in trim(&characters[start..end]) {
             line.push(character.encode_utf8(&mut [0; 4]), script);
         }
@@ -58,7 +58,7 @@ mod tests {
     fn lines_break_at_spaces_then_signs_then_anywhere() {
         let font = Font::embedded();
         let wrap = |text: &str, width: f64| -> Vec<String> {
-            super::wrap(&Text::plain(text), &font, 10.0, width).iter().map(show).collect()
+            super::wrap(&MathText::plain(text), &font, 10.0, width).iter().map(show).collect()
         };
         assert_eq!(wrap("one two", 1000.0), ["one two"]);
         assert_eq!(wrap("one two", 30.0), ["one", "two"]);

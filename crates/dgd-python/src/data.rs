@@ -2,24 +2,24 @@
 
 use std::path::PathBuf;
 
-use dgd_data::{Columns, InMemory};
+use dgd_data::{DataColumns, InMemory};
 use pyo3::prelude::*;
 
-use crate::numbers::Numbers;
+use crate::numbers::PyNumbers;
 
 /// Columns of numbers; a header is `name [unit]`, a missing value NaN.
-#[pyclass(frozen, module = "dgd._dgd")]
+#[pyclass(frozen, name = "Table", module = "dgd._dgd")]
 #[derive(Debug)]
-pub(crate) struct Table {
-    columns: Columns,
+pub(crate) struct PyTable {
+    columns: DataColumns,
 }
 
 #[pymethods]
-impl Table {
+impl PyTable {
     #[new]
-    fn new(columns: Vec<(String, Numbers)>) -> Self {
-        let column = |(header, values): (String, Numbers)| (header, values.0);
-        Table { columns: Columns { all: columns.into_iter().map(column).collect() } }
+    fn new(columns: Vec<(String, PyNumbers)>) -> Self {
+        let column = |(header, values): (String, PyNumbers)| (header, values.0);
+        PyTable { columns: DataColumns { all: columns.into_iter().map(column).collect() } }
     }
 
     /// The headers.
@@ -31,21 +31,21 @@ impl Table {
 
 /// A recording: a named table, or a file.
 #[derive(FromPyObject)]
-pub(crate) enum Recording {
+pub(crate) enum PyRecording {
     /// The name, and the numbers.
     #[pyo3(transparent)]
-    Table((String, Py<Table>)),
+    Table((String, Py<PyTable>)),
     /// A file.
     #[pyo3(transparent)]
     File(PathBuf),
 }
 
-impl Recording {
+impl PyRecording {
     /// The path of the recording, after adding its table to these files.
     pub(crate) fn put(self, files: &mut InMemory) -> PathBuf {
         match self {
-            Recording::File(path) => path,
-            Recording::Table((name, table)) => {
+            PyRecording::File(path) => path,
+            PyRecording::Table((name, table)) => {
                 let path = PathBuf::from(name);
                 let in_memory = std::mem::take(files);
                 *files = in_memory.with_columns(&path, table.get().columns.clone());
@@ -56,6 +56,6 @@ impl Recording {
 }
 
 /// Adds recordings to files; returns their paths.
-pub(crate) fn put_all(all: Vec<Recording>, files: &mut InMemory) -> Vec<PathBuf> {
+pub(crate) fn put_all(all: Vec<PyRecording>, files: &mut InMemory) -> Vec<PathBuf> {
     all.into_iter().map(|recording| recording.put(files)).collect()
 }

@@ -6,7 +6,7 @@ use serde_json::json;
 
 /// The requested task.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum Task {
+pub(crate) enum RequestedTask {
     /// Load a model.
     Load,
     /// Simulate.
@@ -17,24 +17,24 @@ pub(crate) enum Task {
     Discover,
 }
 
-impl Task {
+impl RequestedTask {
     fn name(self) -> &'static str {
         match self {
-            Task::Load => "load",
-            Task::Simulate => "simulate",
-            Task::Fit => "fit",
-            Task::Discover => "discover",
+            RequestedTask::Load => "load",
+            RequestedTask::Simulate => "simulate",
+            RequestedTask::Fit => "fit",
+            RequestedTask::Discover => "discover",
         }
     }
 
     /// Whether it has a result when cancelled.
     pub(crate) fn has_best_so_far(self) -> bool {
-        matches!(self, Task::Fit | Task::Discover)
+        matches!(self, RequestedTask::Fit | RequestedTask::Discover)
     }
 }
 
 /// The exception for an error of `dgd-work`.
-pub(crate) fn of_work(py: Python<'_>, error: &WorkError, task: Task) -> PyErr {
+pub(crate) fn of_work(py: Python<'_>, error: &WorkError, task: RequestedTask) -> PyErr {
     let class = match error.class() {
         Class::Data => "data",
         Class::Usage => "usage",

@@ -1,22 +1,22 @@
 //! Figures as dictionaries of data and colours, for any drawing library.
 
-use dgd_plot::{Figure, HeatMap, Panel, Style, scale_of_colours};
+use dgd_plot::{Figure, HeatMap, Panel, SeriesStyle, scale_of_colours};
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyList};
 
-use crate::numbers::Numbers;
+use crate::numbers::PyNumbers;
 
 /// A colour as `#rrggbb`.
 fn colour([red, green, blue]: [u8; 3]) -> String {
     format!("#{red:02x}{green:02x}{blue:02x}")
 }
 
-fn style(style: Style) -> &'static str {
+fn style(style: SeriesStyle) -> &'static str {
     match style {
-        Style::Line => "line",
-        Style::ThinLine => "thin",
-        Style::Dots => "dots",
-        Style::Marks => "marks",
+        SeriesStyle::Line => "line",
+        SeriesStyle::ThinLine => "thin",
+        SeriesStyle::Dots => "dots",
+        SeriesStyle::Marks => "marks",
     }
 }
 
@@ -46,8 +46,8 @@ fn panel<'py>(py: Python<'py>, panel: &Panel) -> PyResult<Bound<'py, PyDict>> {
         one.set_item("style", style(series.style))?;
         one.set_item("colour", colour(look.colour))?;
         one.set_item("dashes", look.dashes.to_vec())?;
-        one.set_item("x", Numbers(series.x.clone()))?;
-        one.set_item("y", Numbers(series.y.clone()))?;
+        one.set_item("x", PyNumbers(series.x.clone()))?;
+        one.set_item("y", PyNumbers(series.y.clone()))?;
         many.append(one)?;
     }
     dictionary.set_item("series", many)?;
@@ -56,9 +56,9 @@ fn panel<'py>(py: Python<'py>, panel: &Panel) -> PyResult<Bound<'py, PyDict>> {
         let one = PyDict::new(py);
         one.set_item("name", envelope.name.to_plain())?;
         one.set_item("colour", colour(surface))?;
-        one.set_item("x", Numbers(envelope.x.clone()))?;
-        one.set_item("low", Numbers(envelope.low.clone()))?;
-        one.set_item("high", Numbers(envelope.high.clone()))?;
+        one.set_item("x", PyNumbers(envelope.x.clone()))?;
+        one.set_item("low", PyNumbers(envelope.low.clone()))?;
+        one.set_item("high", PyNumbers(envelope.high.clone()))?;
         many.append(one)?;
     }
     dictionary.set_item("envelopes", many)?;
@@ -71,9 +71,9 @@ fn panel<'py>(py: Python<'py>, panel: &Panel) -> PyResult<Bound<'py, PyDict>> {
 /// A heat map: its axes, a list of values for each position, and the colours from the lowest value to the highest.
 fn cells<'py>(py: Python<'py>, map: &HeatMap) -> PyResult<Bound<'py, PyDict>> {
     let dictionary = PyDict::new(py);
-    dictionary.set_item("x", Numbers(map.x.clone()))?;
-    dictionary.set_item("places", Numbers(map.places.clone()))?;
-    dictionary.set_item("values", map.values.iter().cloned().map(Numbers).collect::<Vec<_>>())?;
+    dictionary.set_item("x", PyNumbers(map.x.clone()))?;
+    dictionary.set_item("places", PyNumbers(map.places.clone()))?;
+    dictionary.set_item("values", map.values.iter().cloned().map(PyNumbers).collect::<Vec<_>>())?;
     let colours: Vec<String> = scale_of_colours().into_iter().map(colour).collect();
     dictionary.set_item("colours", colours)?;
     Ok(dictionary)

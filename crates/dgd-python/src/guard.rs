@@ -10,8 +10,8 @@ use dgd_work::WorkError;
 use pyo3::exceptions::PyKeyboardInterrupt;
 use pyo3::prelude::*;
 
-use crate::errors::{self, Task};
-use crate::observer::Observer;
+use crate::errors::{self, RequestedTask};
+use crate::observer::PyObserver;
 use crate::workers;
 
 /// Interval at which a waiting caller checks for signals and shows progress.
@@ -53,15 +53,15 @@ fn internal(py: Python<'_>, payload: &(dyn Any + Send)) -> PyErr {
 }
 
 /// A result, or a panic's message.
-pub(crate) type Caught<T> = Result<Result<T, WorkError>, Box<dyn Any + Send>>;
+pub(crate) type CaughtPanic<T> = Result<Result<T, WorkError>, Box<dyn Any + Send>>;
 
 /// Runs a function and catches its panics.
-pub(crate) fn caught<T>(work: impl FnOnce() -> Result<T, WorkError>) -> Caught<T> {
+pub(crate) fn caught<T>(work: impl FnOnce() -> Result<T, WorkError>) -> CaughtPanic<T> {
     panic::catch_unwind(AssertUnwindSafe(work))
 }
 
 /// Converts a result for Python.
-pub(crate) fn ended<T>(py: Python<'_>, task: Task, ended: Caught<T>) -> PyResult<T> {
+pub(crate) fn ended<T>(py: Python<'_>, task: RequestedTask, ended: CaughtPanic<T>) -> PyResult<T> {
     match ended {
         Ok(result) => result.map_err(|error| errors::of_work(py, &error, task)),
         Err(payload) => Err(internal(py, &*payload)),
@@ -71,7 +71,7 @@ pub(crate) fn ended<T>(py: Python<'_>, task: Task, ended: Caught<T>) -> PyResult
 /// Runs a short function with the GIL.
 pub(crate) fn guarded<T>(
     py: Python<'_>,
-    task: Task,
+    task: RequestedTask,
     work: impl FnOnce() -> Result<T, WorkError>,
 ) -> PyResult<T> {
     ended(py, task, caught(work))
@@ -81,9 +81,9 @@ pub(crate) fn guarded<T>(
 /// a second Ctrl-C, or the first if there is no result so far, ends the call at once and abandons the thread.
 pub(crate) fn supervised<T: Send + 'static>(
     py: Python<'_>,
-    task: Task,
-    observer: &Arc<Observer>,
-    work: impl FnOnce(&Observer) -> Result<T, WorkError> + Send + 'static,
+    task: RequestedTask,
+    observer: &Arc<PyObserver>,
+    work: impl FnOnce(&PyObserver) -> Result<T, WorkError> + Send + 'static,
 ) -> PyResult<T> {
     let (send, mut receive) = mpsc::sync_channel(1);
     let for_worker = Arc::clone(observer);
@@ -130,8 +130,8 @@ pub(crate) fn supervised<T: Send + 'static>(
 pub(crate) fn panic_for_test(py: Python<'_>, in_thread: bool) -> PyResult<()> {
     let work = || -> Result<(), WorkError> { panic!("asked for\nby {}", "a test") };
     if in_thread {
-        supervised(py, Task::Simulate, &Arc::new(Observer::new(None)), move |_| work())
+        supervised(py, RequestedTask::Simulate, &Arc::new(PyObserver::new(None)), move |_| work())
     } else {
-        guarded(py, Task::Simulate, work)
+        guarded(py, RequestedTask::Simulate, work)
     }
 }

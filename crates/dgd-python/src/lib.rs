@@ -20,7 +20,7 @@ use std::ffi::OsString;
 use std::path::PathBuf;
 
 use dgd_compiler::diagnostics::Diagnostics;
-use dgd_compiler::source::{Source, Sources};
+use dgd_compiler::source::{SourceMap, SourceText};
 use dgd_compiler::syntax::layout;
 use dgd_scratch::Scratch;
 use pyo3::prelude::*;
@@ -46,8 +46,8 @@ fn command(py: Python<'_>, words: Vec<OsString>) -> PyResult<u8> {
 /// rest of the process.
 #[pyfunction]
 fn laid_out(text: String) -> String {
-    let (mut sources, mut diagnostics) = (Sources::default(), Diagnostics::default());
-    let id = sources.add(Source { name: String::new(), text: text.clone() });
+    let (mut sources, mut diagnostics) = (SourceMap::default(), Diagnostics::default());
+    let id = sources.add(SourceText { name: String::new(), text: text.clone() });
     layout::format(id, &sources, &mut diagnostics).unwrap_or(text)
 }
 
@@ -60,11 +60,11 @@ fn _dgd(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(laid_out, module)?)?;
     module.add_function(wrap_pyfunction!(model::load, module)?)?;
     module.add_function(wrap_pyfunction!(guard::panic_for_test, module)?)?;
-    module.add_class::<data::Table>()?;
-    module.add_class::<model::Model>()?;
-    module.add_class::<results::Run>()?;
-    module.add_class::<results::Found>()?;
-    module.add_class::<points::Equations>()?;
-    module.add_class::<points::Objective>()?;
-    module.add_class::<tracker::Tracker>()
+    module.add_class::<data::PyTable>()?;
+    module.add_class::<model::PyModel>()?;
+    module.add_class::<results::PyRun>()?;
+    module.add_class::<results::PyFound>()?;
+    module.add_class::<points::PyEquations>()?;
+    module.add_class::<points::PyObjective>()?;
+    module.add_class::<tracker::PyTracker>()
 }

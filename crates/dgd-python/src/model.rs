@@ -3,11 +3,11 @@
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use dgd_compiler::model::typeset::formula::{Line, lines};
+use dgd_compiler::model::typeset::formula::{FormulaLine, lines};
 use dgd_compiler::model::typeset::{latex, mathml};
-use dgd_compiler::pipeline::Directions;
-use dgd_data::open::{Entry, read_import};
-use dgd_data::{Disk, FileSystem, InMemory, Layers};
+use dgd_compiler::pipeline::SensitivityDirections;
+use dgd_data::open::{FolderEntry, read_import};
+use dgd_data::{DiskFiles, FileSystem, InMemory, LayeredFiles};
 use dgd_work::{
     CheckRequest, Choices, DiscoverRequest, FitRequest, RunRequest, SensitivityRequest, Session,
     SimulateRequest, Solve, Sought, WorkError, check, discover, equations, fit, objective,
@@ -15,24 +15,24 @@ use dgd_work::{
 };
 use pyo3::prelude::*;
 
-use crate::data::{Recording, put_all};
-use crate::errors::Task;
+use crate::data::{PyRecording, put_all};
+use crate::errors::RequestedTask;
 use crate::guard::supervised;
-use crate::observer::Observer;
+use crate::observer::PyObserver;
 use crate::options::{
     self, DiscoverOptions, FitOptions, RunOptions, SensitivityOptions, SessionOptions, SetOptions,
     SimulateOptions, SolveOptions, SoughtOptions, TrackOptions,
 };
-use crate::points::{Equations, Objective};
-use crate::results::{Found, Run};
-use crate::tracker::Tracker;
+use crate::points::{PyEquations, PyObjective};
+use crate::results::{PyFound, PyRun};
+use crate::tracker::PyTracker;
 
 /// The folder of effects next to a model.
 const EFFECTS: &str = "effects";
 
 /// A checked model with all texts that it needs: it does not change when files do.
-#[pyclass(frozen, module = "dgd._dgd")]
-pub(crate) struct Model {
+#[pyclass(frozen, name = "Model", module = "dgd._dgd")]
+pub(crate) struct PyModel {
     path: PathBuf,
     texts: InMemory,
     choices: Choices,
@@ -52,13 +52,13 @@ pub(crate) fn load(
     variant: Vec<String>,
     set: Vec<String>,
     apply: Vec<String>,
-) -> PyResult<Model> {
-    let add = |all: InMemory, (path, text): (String, Vec<u8>)| all.with(path, text);
+) -> PyResult<PyModel> {
+    let add = |all: InMemory, (path, text): (String, Vec<u8>)| all.with_file(path, text);
     let in_memory = texts.into_iter().fold(InMemory::default(), add);
     let choices = Choices::new(variant, set, apply);
-    let observer = Arc::new(Observer::new(None));
-    supervised(py, Task::Load, &observer, move |observer| {
-        let files = Layers { above: &in_memory, below: &Disk };
+    let observer = Arc::new(PyObserver::new(None));
+    supervised(py, RequestedTask::Load, &observer, move |observer| {
+        let files = LayeredFiles { above: &in_memory, below: &DiskFiles };
         let session = Session::new(observer).with_files(&files);
         let mut request = CheckRequest::new(&path);
         request.choices = choices.clone();
@@ -67,20 +67,22 @@ pub(crate) fn load(
             let words = format!("`{}` is an effect, not a model", path.display());
             return Err(WorkError::Usage(words));
         };
-        let loaded = dgd_work::load(&path, &choices, &Directions::None, session)?;
+        let loaded = dgd_work::load(&path, &choices, &SensitivityDirections::None, session)?;
         let is_text =
             |name: &str| [".dgd", ".csv", ".csv.gz"].iter().any(|ending| name.ends_with(ending));
         let sources = loaded.sources.iter().filter(|source| is_text(&source.name));
         let read = sources.fold(effects_beside(&path, &files), |all, source| {
-            all.with(&source.name, source.text.as_bytes())
+            all.with_file(&source.name, source.text.as_bytes())
         });
         let (asts, model) = (&loaded.compiled.asts, &loaded.compiled.model);
-        let label = |line: &Line| match line {
-            Line::Equation { label, .. } => label.clone().unwrap_or_default(),
-            Line::Mode(_) | Line::Transition(_) | Line::Bound { .. } => String::new(),
+        let label = |line: &FormulaLine| match line {
+            FormulaLine::Equation { label, .. } => label.clone().unwrap_or_default(),
+            FormulaLine::Mode(_) | FormulaLine::Transition(_) | FormulaLine::Bound { .. } => {
+                String::new()
+            }
         };
-        let typeset = |line: &Line| (label(line), mathml::write(line));
-        Ok(Model {
+        let typeset = |line: &FormulaLine| (label(line), mathml::write(line));
+        Ok(PyModel {
             text: match &loaded.changed {
                 Some(changed) => changed.text(&loaded.sources),
                 None => loaded.sources.get(asts[0].source).text.clone(),
@@ -100,23 +102,23 @@ pub(crate) fn load(
 fn effects_beside(model: &Path, files: &dyn FileSystem) -> InMemory {
     let folder = model.parent().unwrap_or_else(|| Path::new("")).join(EFFECTS);
     let mut effects = InMemory::default();
-    let inside = |entry: Entry| {
+    let inside = |entry: FolderEntry| {
         if entry.is_folder { files.entries(&entry.path) } else { vec![entry] }
     };
     for entry in files.entries(&folder).into_iter().flat_map(inside) {
         if let Ok(text) = read_import(files, &entry.path) {
-            effects = effects.with(&entry.path, text);
+            effects = effects.with_file(&entry.path, text);
         }
     }
     effects
 }
 
-impl Model {
+impl PyModel {
     /// Runs a long task: prepares the request here, including the files of its recordings, and runs it in a thread.
     /// Returns the result and the remarks.
     fn work<R: Send + 'static, T: Send + 'static>(
         &self,
-        (py, task): (Python<'_>, Task),
+        (py, task): (Python<'_>, RequestedTask),
         options: &Bound<'_, PyAny>,
         progress: Option<Py<PyAny>>,
         prepare: impl FnOnce(&mut InMemory) -> PyResult<R>,
@@ -126,9 +128,9 @@ impl Model {
         let request = prepare(&mut files)?;
         let SessionOptions { seed, threads } = options.extract()?;
         let above = self.texts.clone().and(files);
-        let observer = Arc::new(Observer::new(progress));
+        let observer = Arc::new(PyObserver::new(progress));
         let result = supervised(py, task, &observer, move |observer| {
-            let files = Layers { above: &above, below: &Disk };
+            let files = LayeredFiles { above: &above, below: &DiskFiles };
             let session = Session::new(observer).with_files(&files).with_seed(seed);
             let threads = threads.unwrap_or(session.threads).max(1);
             work(&request, session.with_threads(threads))
@@ -152,7 +154,7 @@ impl Model {
     fn run(
         &self,
         py: Python<'_>,
-        data: Option<Recording>,
+        data: Option<PyRecording>,
         options: &Bound<'_, PyAny>,
         files: &mut InMemory,
     ) -> PyResult<RunRequest> {
@@ -167,8 +169,8 @@ impl Model {
     fn fit_request(
         &self,
         py: Python<'_>,
-        data: Vec<Recording>,
-        valid: Vec<Recording>,
+        data: Vec<PyRecording>,
+        valid: Vec<PyRecording>,
         options: &Bound<'_, PyAny>,
         files: &mut InMemory,
     ) -> PyResult<FitRequest> {
@@ -195,7 +197,7 @@ impl Model {
 }
 
 #[pymethods]
-impl Model {
+impl PyModel {
     #[getter]
     fn path(&self) -> &Path {
         &self.path
@@ -244,9 +246,9 @@ impl Model {
     fn simulate(
         &self,
         py: Python<'_>,
-        data: Option<Recording>,
+        data: Option<PyRecording>,
         options: &Bound<'_, PyAny>,
-    ) -> PyResult<Run> {
+    ) -> PyResult<PyRun> {
         let prepare = |files: &mut InMemory| {
             let mut request = SimulateRequest::new(self.run(py, data, options, files)?);
             request.noise_seed = options.extract::<SimulateOptions>()?.noise_seed;
@@ -254,15 +256,15 @@ impl Model {
             request.fields = true;
             Ok(request)
         };
-        self.work((py, Task::Simulate), options, None, prepare, simulate).map(Run::new)
+        self.work((py, RequestedTask::Simulate), options, None, prepare, simulate).map(PyRun::new)
     }
 
     fn sensitivity(
         &self,
         py: Python<'_>,
-        data: Option<Recording>,
+        data: Option<PyRecording>,
         options: &Bound<'_, PyAny>,
-    ) -> PyResult<Run> {
+    ) -> PyResult<PyRun> {
         let prepare = |files: &mut InMemory| {
             let mut request = SensitivityRequest::new(self.run(py, data, options, files)?);
             let of_sensitivities: SensitivityOptions = options.extract()?;
@@ -270,55 +272,57 @@ impl Model {
                 (of_sensitivities.of, of_sensitivities.to, of_sensitivities.scaled);
             Ok(request)
         };
-        self.work((py, Task::Simulate), options, None, prepare, sensitivity).map(Run::new)
+        self.work((py, RequestedTask::Simulate), options, None, prepare, sensitivity)
+            .map(PyRun::new)
     }
 
     fn fit(
         &self,
         py: Python<'_>,
-        data: Vec<Recording>,
-        valid: Vec<Recording>,
+        data: Vec<PyRecording>,
+        valid: Vec<PyRecording>,
         options: &Bound<'_, PyAny>,
         progress: Option<Py<PyAny>>,
-    ) -> PyResult<Found> {
+    ) -> PyResult<PyFound> {
         let prepare = |files: &mut InMemory| self.fit_request(py, data, valid, options, files);
-        let fitted = self.work((py, Task::Fit), options, progress, prepare, fit)?;
-        Ok(Found::new(Task::Fit, fitted))
+        let fitted = self.work((py, RequestedTask::Fit), options, progress, prepare, fit)?;
+        Ok(PyFound::new(RequestedTask::Fit, fitted))
     }
 
     fn objective(
         &self,
         py: Python<'_>,
-        data: Vec<Recording>,
+        data: Vec<PyRecording>,
         noise: Vec<(String, f64)>,
         options: &Bound<'_, PyAny>,
-    ) -> PyResult<Objective> {
+    ) -> PyResult<PyObjective> {
         let prepare = |files: &mut InMemory| self.fit_request(py, data, Vec::new(), options, files);
         let made =
             move |request: &FitRequest, session: Session<'_>| objective(request, &noise, session);
-        let (inner, _) = self.work((py, Task::Fit), options, None, prepare, made)?;
-        Ok(Objective::new(inner))
+        let (inner, _) = self.work((py, RequestedTask::Fit), options, None, prepare, made)?;
+        Ok(PyObjective::new(inner))
     }
 
     fn point_by_point(
         &self,
         py: Python<'_>,
-        data: Option<Recording>,
+        data: Option<PyRecording>,
         options: &Bound<'_, PyAny>,
-    ) -> PyResult<Equations> {
+    ) -> PyResult<PyEquations> {
         let prepare = |files: &mut InMemory| self.run(py, data, options, files);
-        let (inner, _) = self.work((py, Task::Simulate), options, None, prepare, equations)?;
-        Ok(Equations::new(inner))
+        let (inner, _) =
+            self.work((py, RequestedTask::Simulate), options, None, prepare, equations)?;
+        Ok(PyEquations::new(inner))
     }
 
     fn discover(
         &self,
         py: Python<'_>,
-        data: Vec<Recording>,
-        valid: Vec<Recording>,
+        data: Vec<PyRecording>,
+        valid: Vec<PyRecording>,
         options: &Bound<'_, PyAny>,
         progress: Option<Py<PyAny>>,
-    ) -> PyResult<Found> {
+    ) -> PyResult<PyFound> {
         let prepare = |files: &mut InMemory| {
             let of_search: DiscoverOptions = options.extract()?;
             let mut request = DiscoverRequest::new(&self.path, put_all(data, files));
@@ -329,11 +333,12 @@ impl Model {
             request.command = of_search.command;
             Ok(request)
         };
-        let discovered = self.work((py, Task::Discover), options, progress, prepare, discover)?;
-        Ok(Found::new(Task::Discover, discovered))
+        let discovered =
+            self.work((py, RequestedTask::Discover), options, progress, prepare, discover)?;
+        Ok(PyFound::new(RequestedTask::Discover, discovered))
     }
 
-    fn track(&self, py: Python<'_>, options: &Bound<'_, PyAny>) -> PyResult<Tracker> {
+    fn track(&self, py: Python<'_>, options: &Bound<'_, PyAny>) -> PyResult<PyTracker> {
         let of_tracker: TrackOptions = options.extract()?;
         let mut request = dgd_work::TrackRequest::new(&self.path, "rows");
         (request.choices, request.sought, request.solve) = self.shared(py, options)?;
@@ -345,6 +350,6 @@ impl Model {
         request.forgetting = of_tracker.forgetting;
         request.gate = options::maybe_positive(py, "gate", of_tracker.gate)?;
         request.strict = true;
-        Ok(Tracker::new(request, self.texts.clone()))
+        Ok(PyTracker::new(request, self.texts.clone()))
     }
 }

@@ -12,9 +12,9 @@ const SIZE: usize = size_of::<f64>();
 
 /// Numbers, to Python as a `bytearray`, from Python as `bytes`.
 #[derive(Debug, Clone, Default, PartialEq)]
-pub(crate) struct Numbers(pub Vec<f64>);
+pub(crate) struct PyNumbers(pub Vec<f64>);
 
-impl<'py> FromPyObject<'_, 'py> for Numbers {
+impl<'py> FromPyObject<'_, 'py> for PyNumbers {
     type Error = PyErr;
 
     fn extract(object: Borrowed<'_, 'py, PyAny>) -> PyResult<Self> {
@@ -23,11 +23,11 @@ impl<'py> FromPyObject<'_, 'py> for Numbers {
         if !rest.is_empty() {
             return Err(PyValueError::new_err("these are not the bytes of numbers"));
         }
-        Ok(Numbers(numbers.iter().map(|bytes| f64::from_ne_bytes(*bytes)).collect()))
+        Ok(PyNumbers(numbers.iter().map(|bytes| f64::from_ne_bytes(*bytes)).collect()))
     }
 }
 
-impl<'py> IntoPyObject<'py> for Numbers {
+impl<'py> IntoPyObject<'py> for PyNumbers {
     type Target = PyByteArray;
     type Output = Bound<'py, PyByteArray>;
     type Error = PyErr;

@@ -2,30 +2,30 @@
 
 use std::sync::{Mutex, PoisonError};
 
-use dgd_identify::{Of, Progress, Watch};
-use dgd_runtime::Watched;
+use dgd_identify::{Monitor, Progress, Total};
+use dgd_runtime::RunMonitor;
 use dgd_work::{Listener, Remark};
 use pyo3::prelude::*;
 
 /// Flags that no call uses any more and that were never set: each lives as long as the program.
-static UNUSED: Mutex<Vec<&'static Watched>> = Mutex::new(Vec::new());
+static UNUSED: Mutex<Vec<&'static RunMonitor>> = Mutex::new(Vec::new());
 
 /// Observes work, and can cancel it.
 #[derive(Debug)]
-pub(crate) struct Observer {
-    watched: &'static Watched,
+pub(crate) struct PyObserver {
+    watched: &'static RunMonitor,
     remarks: Mutex<Vec<String>>,
     progress: Mutex<Option<Progress>>,
     /// Callback with `what`, `done`, `all` and whether `all` is an upper limit.
     shows: Option<Py<PyAny>>,
 }
 
-impl Observer {
+impl PyObserver {
     /// An observer that shows progress if there is a callback.
     pub(crate) fn new(shows: Option<Py<PyAny>>) -> Self {
         let unused = UNUSED.lock().unwrap_or_else(PoisonError::into_inner).pop();
         let watched = unused.unwrap_or_else(|| Box::leak(Box::default()));
-        Observer { watched, remarks: Mutex::default(), progress: Mutex::default(), shows }
+        PyObserver { watched, remarks: Mutex::default(), progress: Mutex::default(), shows }
     }
 
     /// Cancels the work; returns whether it was cancelled before.
@@ -44,14 +44,14 @@ impl Observer {
         let progress = self.progress.lock().unwrap_or_else(PoisonError::into_inner).take();
         let Some(Progress { what, done, of }) = progress else { return Ok(()) };
         let (all, is_most) = match of {
-            Of::Exactly(all) => (all, false),
-            Of::AtMost(all) => (all, true),
+            Total::Exactly(all) => (all, false),
+            Total::AtMost(all) => (all, true),
         };
         shows.call1(py, (what, done, all, is_most)).map(drop)
     }
 }
 
-impl Watch for Observer {
+impl Monitor for PyObserver {
     fn advanced(&self, progress: Progress) {
         *self.progress.lock().unwrap_or_else(PoisonError::into_inner) = Some(progress);
     }
@@ -60,12 +60,12 @@ impl Watch for Observer {
         self.watched.is_stopped()
     }
 
-    fn watched(&self) -> Option<&'static Watched> {
+    fn watched(&self) -> Option<&'static RunMonitor> {
         Some(self.watched)
     }
 }
 
-impl Listener for Observer {
+impl Listener for PyObserver {
     fn remark(&self, remark: Remark<'_>) {
         self.remarks.lock().unwrap_or_else(PoisonError::into_inner).push(remark.to_text());
     }
@@ -75,7 +75,7 @@ impl Listener for Observer {
     }
 }
 
-impl Drop for Observer {
+impl Drop for PyObserver {
     fn drop(&mut self) {
         if !self.watched.is_stopped() {
             self.watched.reset();

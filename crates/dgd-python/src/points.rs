@@ -6,26 +6,26 @@ use dgd_runtime::Unit;
 use dgd_work::{At, WorkError};
 use pyo3::prelude::*;
 
-use crate::errors::Task;
+use crate::errors::RequestedTask;
 use crate::guard::guarded;
-use crate::numbers::Numbers;
+use crate::numbers::PyNumbers;
 
 /// Names and units.
-type Names = Vec<(String, String)>;
+type NamesAndUnits = Vec<(String, String)>;
 
 /// A time in s, unknowns, inputs and parameters; missing ones are those of the recording and of the model.
 #[derive(FromPyObject)]
-struct Point(f64, Numbers, Option<Numbers>, Option<Numbers>);
+struct PyPoint(f64, PyNumbers, Option<PyNumbers>, Option<PyNumbers>);
 
 /// The equations of a model, evaluated point by point in declared units. Matrices come row by row.
-#[pyclass(frozen, module = "dgd._dgd")]
-pub(crate) struct Equations {
+#[pyclass(frozen, name = "Equations", module = "dgd._dgd")]
+pub(crate) struct PyEquations {
     inner: Mutex<dgd_work::Equations>,
 }
 
-impl Equations {
+impl PyEquations {
     pub(crate) fn new(inner: dgd_work::Equations) -> Self {
-        Equations { inner: Mutex::new(inner) }
+        PyEquations { inner: Mutex::new(inner) }
     }
 
     fn inner(&self) -> MutexGuard<'_, dgd_work::Equations> {
@@ -34,15 +34,15 @@ impl Equations {
 
     /// Evaluates a function at a point.
     #[allow(clippy::needless_pass_by_value)]
-    fn at(
+    fn evaluate(
         &self,
         py: Python<'_>,
-        Point(t, y, u, p): Point,
+        PyPoint(t, y, u, p): PyPoint,
         evaluate: fn(&dgd_work::Equations, At<'_>) -> Result<Vec<f64>, WorkError>,
-    ) -> PyResult<Numbers> {
+    ) -> PyResult<PyNumbers> {
         let [u, p] = [&u, &p].map(|numbers| numbers.as_ref().map(|one| one.0.as_slice()));
         let point = At { t, y: &y.0, u, p };
-        guarded(py, Task::Simulate, || evaluate(&self.inner(), point)).map(Numbers)
+        guarded(py, RequestedTask::Simulate, || evaluate(&self.inner(), point)).map(PyNumbers)
     }
 }
 
@@ -52,102 +52,102 @@ fn named(name: &impl ToString, unit: &Unit) -> (String, String) {
 }
 
 #[pymethods]
-impl Equations {
+impl PyEquations {
     #[getter]
-    fn unknowns(&self) -> Names {
+    fn unknowns(&self) -> NamesAndUnits {
         let inner = self.inner();
         let unknowns = &inner.signature().unknowns;
         (0..unknowns.len()).map(|i| named(&unknowns.name(i), unknowns.unit(i))).collect()
     }
 
     #[getter]
-    fn inputs(&self) -> Names {
+    fn inputs(&self) -> NamesAndUnits {
         self.inner().signature().inputs.iter().map(|u| named(&u.name, &u.unit)).collect()
     }
 
     #[getter]
-    fn parameters(&self) -> Names {
+    fn parameters(&self) -> NamesAndUnits {
         self.inner().signature().parameters.iter().map(|p| named(&p.name, &p.unit)).collect()
     }
 
     #[getter]
-    fn outputs(&self) -> Names {
+    fn outputs(&self) -> NamesAndUnits {
         self.inner().signature().outputs.iter().map(|w| named(&w.name, &w.unit)).collect()
     }
 
     #[getter]
-    fn times(&self) -> Numbers {
-        Numbers(self.inner().times().to_vec())
+    fn times(&self) -> PyNumbers {
+        PyNumbers(self.inner().times().to_vec())
     }
 
     #[getter]
-    fn mass(&self) -> Numbers {
-        Numbers(self.inner().mass().to_vec())
+    fn mass(&self) -> PyNumbers {
+        PyNumbers(self.inner().mass().to_vec())
     }
 
     #[getter]
-    fn parameter_values(&self) -> Numbers {
-        Numbers(self.inner().parameters())
+    fn parameter_values(&self) -> PyNumbers {
+        PyNumbers(self.inner().parameters())
     }
 
-    fn start(&self, py: Python<'_>) -> PyResult<Numbers> {
-        guarded(py, Task::Simulate, || self.inner().start()).map(Numbers)
+    fn start(&self, py: Python<'_>) -> PyResult<PyNumbers> {
+        guarded(py, RequestedTask::Simulate, || self.inner().start()).map(PyNumbers)
     }
 
-    fn inputs_at(&self, py: Python<'_>, t: f64) -> PyResult<Numbers> {
-        guarded(py, Task::Simulate, || self.inner().inputs(t)).map(Numbers)
+    fn inputs_at(&self, py: Python<'_>, t: f64) -> PyResult<PyNumbers> {
+        guarded(py, RequestedTask::Simulate, || self.inner().inputs(t)).map(PyNumbers)
     }
 
-    fn rhs(&self, py: Python<'_>, point: Point) -> PyResult<Numbers> {
-        self.at(py, point, dgd_work::Equations::rhs)
+    fn rhs(&self, py: Python<'_>, point: PyPoint) -> PyResult<PyNumbers> {
+        self.evaluate(py, point, dgd_work::Equations::rhs)
     }
 
-    fn jacobian(&self, py: Python<'_>, point: Point) -> PyResult<Numbers> {
-        self.at(py, point, dgd_work::Equations::jacobian)
+    fn jacobian(&self, py: Python<'_>, point: PyPoint) -> PyResult<PyNumbers> {
+        self.evaluate(py, point, dgd_work::Equations::jacobian)
     }
 
-    fn parameter_jacobian(&self, py: Python<'_>, point: Point) -> PyResult<Numbers> {
-        self.at(py, point, dgd_work::Equations::parameter_jacobian)
+    fn parameter_jacobian(&self, py: Python<'_>, point: PyPoint) -> PyResult<PyNumbers> {
+        self.evaluate(py, point, dgd_work::Equations::parameter_jacobian)
     }
 
-    fn outputs_at(&self, py: Python<'_>, point: Point) -> PyResult<Numbers> {
-        self.at(py, point, dgd_work::Equations::outputs)
+    fn outputs_at(&self, py: Python<'_>, point: PyPoint) -> PyResult<PyNumbers> {
+        self.evaluate(py, point, dgd_work::Equations::outputs)
     }
 }
 
 /// Residuals of a fit, and their derivatives.
-#[pyclass(frozen, module = "dgd._dgd")]
-pub(crate) struct Objective {
+#[pyclass(frozen, name = "Objective", module = "dgd._dgd")]
+pub(crate) struct PyObjective {
     inner: Mutex<dgd_work::Objective>,
 }
 
 /// Name, unit, first guess, lower and upper bound, and whether a search should use the logarithm.
-type Variable = (String, String, f64, f64, f64, bool);
+type PyVariable = (String, String, f64, f64, f64, bool);
 
-impl Objective {
+impl PyObjective {
     pub(crate) fn new(inner: dgd_work::Objective) -> Self {
-        Objective { inner: Mutex::new(inner) }
+        PyObjective { inner: Mutex::new(inner) }
     }
 
     /// Evaluates a function without the GIL.
     fn evaluated<T: Send>(
         &self,
         py: Python<'_>,
-        theta: &Numbers,
+        theta: &PyNumbers,
         evaluate: fn(&dgd_work::Objective, &[f64]) -> Result<T, WorkError>,
     ) -> PyResult<T> {
         let ended = py.detach(|| {
             let inner = self.inner.lock().unwrap_or_else(PoisonError::into_inner);
             crate::guard::caught(|| evaluate(&inner, &theta.0))
         });
-        crate::guard::ended(py, Task::Fit, ended)
+        crate::guard::ended(py, RequestedTask::Fit, ended)
     }
 }
 
 #[pymethods]
-impl Objective {
+impl PyObjective {
     #[getter]
-    fn variables(&self) -> Vec<Variable> {
+    fn variables(&self) -> Vec<PyVariable> {
         let inner = self.inner.lock().unwrap_or_else(PoisonError::into_inner);
         let one = |v: &dgd_work::fit::objective::Variable| {
             (v.name.clone(), v.unit.symbol.to_string(), v.value, v.lower, v.upper, v.is_log)
@@ -156,14 +156,14 @@ impl Objective {
     }
 
     #[allow(clippy::needless_pass_by_value)]
-    fn residuals(&self, py: Python<'_>, theta: Numbers) -> PyResult<Numbers> {
-        self.evaluated(py, &theta, dgd_work::Objective::residuals).map(Numbers)
+    fn residuals(&self, py: Python<'_>, theta: PyNumbers) -> PyResult<PyNumbers> {
+        self.evaluated(py, &theta, dgd_work::Objective::residuals).map(PyNumbers)
     }
 
     /// Residuals, and derivatives row by row.
     #[allow(clippy::needless_pass_by_value)]
-    fn linearised(&self, py: Python<'_>, theta: Numbers) -> PyResult<(Numbers, Numbers)> {
+    fn linearised(&self, py: Python<'_>, theta: PyNumbers) -> PyResult<(PyNumbers, PyNumbers)> {
         let (residuals, rows) = self.evaluated(py, &theta, dgd_work::Objective::linearised)?;
-        Ok((Numbers(residuals), Numbers(rows)))
+        Ok((PyNumbers(residuals), PyNumbers(rows)))
     }
 }

@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
-use dgd_data::files::{Files, write_folder};
+use dgd_data::files::{ResultFolder, write_folder};
 use dgd_plot::Figure;
 use dgd_work::{
     Discovered, Fitted, Kind, NamedColumn, Sensitivities, Simulated, TimeTable, WorkError,
@@ -12,15 +12,15 @@ use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use serde_json::Value;
 
-use crate::errors::Task;
+use crate::errors::RequestedTask;
 use crate::figure;
 use crate::guard::guarded;
-use crate::numbers::Numbers;
+use crate::numbers::PyNumbers;
 
 /// Name, unit, kind and values of a column.
-type Column = (String, String, &'static str, Numbers);
+type ResultColumn = (String, String, &'static str, PyNumbers);
 
-fn named(columns: &[NamedColumn]) -> Vec<Column> {
+fn named(columns: &[NamedColumn]) -> Vec<ResultColumn> {
     let one = |column: &NamedColumn| {
         let kind = match column.kind {
             Kind::Input => "input",
@@ -28,7 +28,7 @@ fn named(columns: &[NamedColumn]) -> Vec<Column> {
             Kind::Output => "output",
             Kind::Derivative => "derivative",
         };
-        let values = Numbers(column.in_unit());
+        let values = PyNumbers(column.in_unit());
         (column.name.clone(), column.unit.symbol.to_string(), kind, values)
     };
     columns.iter().map(one).collect()
@@ -82,33 +82,33 @@ over_time!(Simulated, |_| &[]);
 over_time!(Sensitivities, |all| &all.trajectories);
 
 /// States and outputs over time, or their derivatives.
-#[pyclass(frozen, module = "dgd._dgd")]
-pub(crate) struct Run {
+#[pyclass(frozen, name = "Run", module = "dgd._dgd")]
+pub(crate) struct PyRun {
     inner: Box<dyn OverTime>,
     remarks: Vec<String>,
 }
 
-impl Run {
+impl PyRun {
     pub(crate) fn new((inner, remarks): (impl OverTime + 'static, Vec<String>)) -> Self {
-        Run { inner: Box::new(inner), remarks }
+        PyRun { inner: Box::new(inner), remarks }
     }
 }
 
 #[pymethods]
-impl Run {
+impl PyRun {
     #[getter]
-    fn time(&self) -> Numbers {
-        Numbers(self.inner.table().times.clone())
+    fn time(&self) -> PyNumbers {
+        PyNumbers(self.inner.table().times.clone())
     }
 
     /// Derivatives: of the first quantity with respect to all, of the second, ….
     #[getter]
-    fn columns(&self) -> Vec<Column> {
+    fn columns(&self) -> Vec<ResultColumn> {
         named(&self.inner.table().columns)
     }
 
     #[getter]
-    fn trajectories(&self) -> Vec<Column> {
+    fn trajectories(&self) -> Vec<ResultColumn> {
         named(self.inner.trajectories())
     }
 
@@ -128,7 +128,7 @@ impl Run {
     }
 
     fn csv(&self, py: Python<'_>) -> PyResult<Vec<u8>> {
-        guarded(py, Task::Simulate, || {
+        guarded(py, RequestedTask::Simulate, || {
             let mut text = Vec::new();
             let written = self.inner.table().write_csv(&mut text);
             written.map_err(|error| WorkError::Found(error.to_string()))?;
@@ -137,16 +137,16 @@ impl Run {
     }
 
     fn figure<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
-        figure::dictionary(py, &guarded(py, Task::Simulate, || Ok(self.inner.figure()))?)
+        figure::dictionary(py, &guarded(py, RequestedTask::Simulate, || Ok(self.inner.figure()))?)
     }
 
     fn page(&self, py: Python<'_>, command: &str) -> PyResult<String> {
-        guarded(py, Task::Simulate, || Ok(self.inner.page(command)))
+        guarded(py, RequestedTask::Simulate, || Ok(self.inner.page(command)))
     }
 }
 
 /// Findings from recordings: estimates, or missing terms.
-pub(crate) trait Findings: Send {
+pub(crate) trait PyFindings: Send {
     fn json(&self) -> Value;
     fn text(&self) -> String;
     /// The text of the fitted or corrected model, as a file in this folder.
@@ -159,10 +159,10 @@ pub(crate) trait Findings: Send {
     fn figures(&self) -> Vec<(Option<String>, Figure)>;
     fn page(&self) -> Result<String, WorkError>;
     /// The files of the folder of results.
-    fn files(&self, folder: &Path) -> Result<Files, WorkError>;
+    fn files(&self, folder: &Path) -> Result<ResultFolder, WorkError>;
 }
 
-impl Findings for Fitted {
+impl PyFindings for Fitted {
     fn json(&self) -> Value {
         self.to_json()
     }
@@ -191,12 +191,12 @@ impl Findings for Fitted {
         Ok(Fitted::page(self))
     }
 
-    fn files(&self, folder: &Path) -> Result<Files, WorkError> {
+    fn files(&self, folder: &Path) -> Result<ResultFolder, WorkError> {
         Ok(Fitted::files(self, folder))
     }
 }
 
-impl Findings for Discovered {
+impl PyFindings for Discovered {
     fn json(&self) -> Value {
         self.to_json()
     }
@@ -225,34 +225,34 @@ impl Findings for Discovered {
         Discovered::page(self)
     }
 
-    fn files(&self, _: &Path) -> Result<Files, WorkError> {
+    fn files(&self, _: &Path) -> Result<ResultFolder, WorkError> {
         Discovered::files(self)
     }
 }
 
 /// Estimates, or missing terms.
-#[pyclass(frozen, module = "dgd._dgd")]
-pub(crate) struct Found {
-    inner: Mutex<Box<dyn Findings>>,
-    task: Task,
+#[pyclass(frozen, name = "Found", module = "dgd._dgd")]
+pub(crate) struct PyFound {
+    inner: Mutex<Box<dyn PyFindings>>,
+    task: RequestedTask,
     remarks: Vec<String>,
 }
 
-impl Found {
+impl PyFound {
     pub(crate) fn new(
-        task: Task,
-        (inner, remarks): (impl Findings + 'static, Vec<String>),
+        task: RequestedTask,
+        (inner, remarks): (impl PyFindings + 'static, Vec<String>),
     ) -> Self {
-        Found { inner: Mutex::new(Box::new(inner)), task, remarks }
+        PyFound { inner: Mutex::new(Box::new(inner)), task, remarks }
     }
 
-    fn inner(&self) -> MutexGuard<'_, Box<dyn Findings>> {
+    fn inner(&self) -> MutexGuard<'_, Box<dyn PyFindings>> {
         self.inner.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }
 
 #[pymethods]
-impl Found {
+impl PyFound {
     #[getter]
     fn json(&self) -> String {
         self.inner().json().to_string()
@@ -301,7 +301,7 @@ impl Found {
     /// Writes the folder of results.
     #[allow(clippy::needless_pass_by_value)]
     fn save(&self, py: Python<'_>, folder: PathBuf) -> PyResult<()> {
-        guarded(py, Task::Load, || {
+        guarded(py, RequestedTask::Load, || {
             let files = self.inner().files(&folder)?;
             Ok(write_folder(&folder, &files)?)
         })

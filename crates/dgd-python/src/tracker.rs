@@ -5,21 +5,21 @@ use std::sync::mpsc::{self, Receiver, Sender};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::thread;
 
-use dgd_data::{Disk, InMemory, Layers};
+use dgd_data::{DiskFiles, InMemory, LayeredFiles};
 use dgd_work::{LineFormat, Session, TrackRequest, track};
 use pyo3::prelude::*;
 
-use crate::errors::{self, Task};
-use crate::guard::{self, Caught};
-use crate::observer::Observer;
+use crate::errors::{self, RequestedTask};
+use crate::guard::{self, CaughtPanic};
+use crate::observer::PyObserver;
 
 /// Lines from Python, read as they arrive.
-struct Lines {
+struct PyLines {
     lines: Receiver<Vec<u8>>,
     current: io::Cursor<Vec<u8>>,
 }
 
-impl Read for Lines {
+impl Read for PyLines {
     fn read(&mut self, into: &mut [u8]) -> io::Result<usize> {
         loop {
             match self.current.read(into)? {
@@ -35,19 +35,19 @@ impl Read for Lines {
 }
 
 /// Lines for Python, sent when they are complete.
-struct Answers {
-    to: Sender<Answer>,
+struct PyAnswers {
+    to: Sender<TrackerMessage>,
     line: Vec<u8>,
 }
 
-impl Write for Answers {
+impl Write for PyAnswers {
     fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
         for byte in bytes {
             if *byte == b'\n' {
                 let line = String::from_utf8_lossy(&self.line).into_owned();
                 self.line.clear();
                 let gone = |_| io::Error::from(io::ErrorKind::BrokenPipe);
-                self.to.send(Answer::Line(line)).map_err(gone)?;
+                self.to.send(TrackerMessage::Line(line)).map_err(gone)?;
             } else {
                 self.line.push(*byte);
             }
@@ -61,61 +61,61 @@ impl Write for Answers {
 }
 
 /// A message from the thread.
-enum Answer {
+enum TrackerMessage {
     Line(String),
-    Ended(Caught<Vec<String>>),
+    Ended(CaughtPanic<Vec<String>>),
 }
 
 /// Both ends of the channels of a tracking thread.
-struct Ends {
+struct ChannelEnds {
     to: Sender<Vec<u8>>,
-    from: Receiver<Answer>,
+    from: Receiver<TrackerMessage>,
 }
 
 /// Estimates row by row.
-#[pyclass(frozen, module = "dgd._dgd")]
-pub(crate) struct Tracker {
-    ends: Mutex<Option<Ends>>,
-    observer: Arc<Observer>,
+#[pyclass(frozen, name = "Tracker", module = "dgd._dgd")]
+pub(crate) struct PyTracker {
+    ends: Mutex<Option<ChannelEnds>>,
+    observer: Arc<PyObserver>,
 }
 
-impl Tracker {
+impl PyTracker {
     /// Starts the thread; the first line is the header.
     pub(crate) fn new(request: TrackRequest, texts: InMemory) -> Self {
         let (to, lines) = mpsc::channel();
         let (answers, from) = mpsc::channel();
-        let observer = Arc::new(Observer::new(None));
+        let observer = Arc::new(PyObserver::new(None));
         let for_thread = Arc::clone(&observer);
         thread::spawn(move || {
-            let mut out = Answers { to: answers.clone(), line: Vec::new() };
+            let mut out = PyAnswers { to: answers.clone(), line: Vec::new() };
             let ended = guard::caught(|| {
-                let files = Layers { above: &texts, below: &Disk };
+                let files = LayeredFiles { above: &texts, below: &DiskFiles };
                 let session = Session::new(&*for_thread).with_files(&files);
-                let lines = Box::new(Lines { lines, current: io::Cursor::default() });
+                let lines = Box::new(PyLines { lines, current: io::Cursor::default() });
                 let tracked = track(&request, Some(lines), session, &mut out, LineFormat::Lines)?;
                 tracked.stopped.map_or(Ok(tracked.remarks), Err)
             });
-            let _ = answers.send(Answer::Ended(ended));
+            let _ = answers.send(TrackerMessage::Ended(ended));
         });
-        Tracker { ends: Mutex::new(Some(Ends { to, from })), observer }
+        PyTracker { ends: Mutex::new(Some(ChannelEnds { to, from })), observer }
     }
 }
 
 #[pymethods]
-impl Tracker {
+impl PyTracker {
     /// Sends the text of one row and receives `lines` lines.
     fn exchange(&self, py: Python<'_>, text: Vec<u8>, lines: usize) -> PyResult<Vec<String>> {
         let mut ended = None;
         let answers = py.detach(|| {
             let mut ends = self.ends.lock().unwrap_or_else(PoisonError::into_inner);
-            let Some(Ends { to, from }) = &*ends else { return None };
+            let Some(ChannelEnds { to, from }) = &*ends else { return None };
             // A thread that has ended reports the reason below.
             let _ = to.send(text);
             let mut answers = Vec::with_capacity(lines);
             while answers.len() < lines {
                 match from.recv() {
-                    Ok(Answer::Line(line)) => answers.push(line),
-                    Ok(Answer::Ended(why)) => {
+                    Ok(TrackerMessage::Line(line)) => answers.push(line),
+                    Ok(TrackerMessage::Ended(why)) => {
                         ended = Some(why);
                         *ends = None;
                         break;
@@ -126,7 +126,7 @@ impl Tracker {
             Some(answers)
         });
         if let Some(why) = ended {
-            guard::ended(py, Task::Simulate, why)?;
+            guard::ended(py, RequestedTask::Simulate, why)?;
         }
         answers
             .filter(|answers| answers.len() == lines)
@@ -137,14 +137,17 @@ impl Tracker {
     fn close(&self, py: Python<'_>) -> PyResult<Vec<String>> {
         let ended = py.detach(|| {
             let ends = self.ends.lock().unwrap_or_else(PoisonError::into_inner).take()?;
-            let Ends { to, from } = ends;
+            let ChannelEnds { to, from } = ends;
             drop(to);
             from.iter().find_map(|answer| match answer {
-                Answer::Ended(ended) => Some(ended),
-                Answer::Line(_) => None,
+                TrackerMessage::Ended(ended) => Some(ended),
+                TrackerMessage::Line(_) => None,
             })
         });
-        ended.map_or_else(|| Ok(Vec::new()), |ended| guard::ended(py, Task::Simulate, ended))
+        ended.map_or_else(
+            || Ok(Vec::new()),
+            |ended| guard::ended(py, RequestedTask::Simulate, ended),
+        )
     }
 
     #[getter]

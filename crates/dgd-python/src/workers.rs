@@ -11,27 +11,27 @@ use std::thread;
 /// Stack size of a thread; recursion is limited to far less.
 const STACK: usize = 16 << 20;
 
-type Job = Box<dyn FnOnce() + Send>;
+type WorkerJob = Box<dyn FnOnce() + Send>;
 
 /// A thread that runs the jobs sent to it, and ends when this is dropped.
-pub(crate) struct Worker {
+pub(crate) struct WorkerThread {
     /// The process that started it: a forked process does not have it.
     process: u32,
-    jobs: Sender<Job>,
+    jobs: Sender<WorkerJob>,
 }
 
 thread_local! {
     /// Idle workers. More than one for nested calls.
-    static IDLE: RefCell<Vec<Worker>> = const { RefCell::new(Vec::new()) };
+    static IDLE: RefCell<Vec<WorkerThread>> = const { RefCell::new(Vec::new()) };
 }
 
-/// Runs a job, which must not panic, in a worker. After the job has ended, the caller calls [`Worker::rest`].
+/// Runs a job, which must not panic, in a worker. After the job has ended, the caller calls [`WorkerThread::rest`].
 ///
 /// # Errors
 ///
 /// If the system cannot start a thread.
-pub(crate) fn spawn(job: impl FnOnce() + Send + 'static) -> io::Result<Worker> {
-    let mut job: Job = Box::new(job);
+pub(crate) fn spawn(job: impl FnOnce() + Send + 'static) -> io::Result<WorkerThread> {
+    let mut job: WorkerJob = Box::new(job);
     while let Some(worker) = IDLE.with_borrow_mut(Vec::pop) {
         if worker.process != process::id() {
             // Its channel was copied while another thread may have held it.
@@ -43,17 +43,17 @@ pub(crate) fn spawn(job: impl FnOnce() + Send + 'static) -> io::Result<Worker> {
             Err(SendError(refused)) => job = refused,
         }
     }
-    let (jobs, receive) = mpsc::channel::<Job>();
+    let (jobs, receive) = mpsc::channel::<WorkerJob>();
     thread::Builder::new().stack_size(STACK).spawn(move || {
         job();
         while let Ok(next) = receive.recv() {
             next();
         }
     })?;
-    Ok(Worker { process: process::id(), jobs })
+    Ok(WorkerThread { process: process::id(), jobs })
 }
 
-impl Worker {
+impl WorkerThread {
     /// Keeps it for the next call of this thread.
     pub(crate) fn rest(self) {
         IDLE.with_borrow_mut(|idle| idle.push(self));

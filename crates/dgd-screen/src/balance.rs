@@ -50,7 +50,7 @@ pub struct Imbalance {
 #[derive(Debug, Clone, PartialEq)]
 pub struct Explanation {
     /// The cause.
-    pub cause: Cause,
+    pub cause: ImbalanceCause,
     /// Its size.
     pub size: Estimate,
     /// Fraction of the mean square of the imbalance that remains.
@@ -59,13 +59,13 @@ pub struct Explanation {
 
 /// Causes of an imbalance.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Cause {
+pub enum ImbalanceCause {
     /// This share should be multiplied by 1 + size.
     Gain(usize),
     /// The channel of this share lags by size, s.
-    Late(usize),
+    Lag(usize),
     /// The unknown's reading lags by size, s.
-    UnknownLate,
+    UnknownLag,
     /// There is an additional flow of size, in the unknown's unit per second.
     Flow,
 }
@@ -111,15 +111,15 @@ pub fn imbalance(balance: &Balance<'_>) -> Option<Imbalance> {
         balance.shares.iter().map(|x| summed(&steps, |k| area(x, k))).collect();
     let unknown: Vec<f64> = steps.iter().map(|k| -balance.unknown[*k]).collect();
 
-    let left = Left { imbalance: increments(&trace, block), times, block };
+    let left = RemainingImbalance { imbalance: increments(&trace, block), times, block };
     let mut explanations: Vec<(f64, Explanation)> = Vec::new();
-    explanations.extend(left.by_factor(Cause::Flow, &clock));
+    explanations.extend(left.by_factor(ImbalanceCause::Flow, &clock));
     for (share, sums) in sums.iter().enumerate() {
-        explanations.extend(left.by_factor(Cause::Gain(share), sums));
-        explanations.extend(left.by_delay(Cause::Late(share), sums));
+        explanations.extend(left.by_factor(ImbalanceCause::Gain(share), sums));
+        explanations.extend(left.by_delay(ImbalanceCause::Lag(share), sums));
     }
-    explanations.extend(left.by_delay(Cause::UnknownLate, &unknown));
-    let is_flow = |(_, e): &&(f64, Explanation)| e.cause == Cause::Flow;
+    explanations.extend(left.by_delay(ImbalanceCause::UnknownLag, &unknown));
+    let is_flow = |(_, e): &&(f64, Explanation)| e.cause == ImbalanceCause::Flow;
     let drift = explanations.iter().find(is_flow)?.1.size;
     explanations.sort_by(|a, b| a.0.total_cmp(&b.0));
     let explanations = explanations.into_iter().map(|(_, explanation)| explanation).collect();
@@ -131,7 +131,7 @@ pub fn imbalance(balance: &Balance<'_>) -> Option<Imbalance> {
 }
 
 /// The imbalance to explain.
-struct Left {
+struct RemainingImbalance {
     /// Increments of block means.
     imbalance: Vec<f64>,
     /// Times of the samples, s.
@@ -140,16 +140,16 @@ struct Left {
     block: usize,
 }
 
-impl Left {
+impl RemainingImbalance {
     /// The explanation by a multiple of `sums`, with the remaining fraction of the sum of squares.
-    fn by_factor(&self, cause: Cause, sums: &[f64]) -> Option<(f64, Explanation)> {
+    fn by_factor(&self, cause: ImbalanceCause, sums: &[f64]) -> Option<(f64, Explanation)> {
         let fit = regression(&[increments(sums, self.block)], &self.imbalance, LAGS)?;
         Some(explanation(cause, fit.coefficients[0], &self.imbalance, &fit.residuals))
     }
 
     /// The explanation by S(t + τ) − S(t), where S is `sums`, with the best τ: from a grid of samples, then a
     /// Gauss–Newton step.
-    fn by_delay(&self, cause: Cause, sums: &[f64]) -> Option<(f64, Explanation)> {
+    fn by_delay(&self, cause: ImbalanceCause, sums: &[f64]) -> Option<(f64, Explanation)> {
         let n = self.times.len();
         let spacing = (self.times[n - 1] - self.times[0]) / (n - 1) as f64;
         let farthest = i32::try_from(FARTHEST.min(n / 8)).unwrap_or(i32::MAX);
@@ -188,7 +188,12 @@ impl Left {
 }
 
 /// An explanation that leaves `rest` of `whole`, with the share of the sum of squares.
-fn explanation(cause: Cause, size: Estimate, whole: &[f64], rest: &[f64]) -> (f64, Explanation) {
+fn explanation(
+    cause: ImbalanceCause,
+    size: Estimate,
+    whole: &[f64],
+    rest: &[f64],
+) -> (f64, Explanation) {
     let squares = |r: &[f64]| r.iter().map(|r| r * r).sum::<f64>();
     let left = extent(rest) / extent(whole);
     (squares(rest) / squares(whole), Explanation { cause, size, left })

@@ -1,8 +1,8 @@
 //! Faults of single channels, and the record without them.
 
-use crate::finding::{Fault, Finding, Weight};
+use crate::finding::{ChannelFault, Finding, Severity};
 use crate::frozen::{frozen, saturated};
-use crate::record::{Record, Stretch, extremes, runs};
+use crate::record::{ScreenedRecord, TimeStretch, extremes, runs};
 use crate::redundant::stem;
 use crate::spikes::{Spike, spikes};
 use crate::statistics::noise::{SensorNoise, white_noise};
@@ -17,20 +17,21 @@ const AROUND: usize = 3;
 const ALONG: f64 = 2.5;
 
 /// Spikes, and whether other channels show them too.
-type Marked<'a> = Vec<(&'a Spike, bool)>;
+type MarkedSpikes<'a> = Vec<(&'a Spike, bool)>;
 
 /// A record without the faults of single channels.
-pub(crate) struct Cleaned {
+pub(crate) struct CleanedRecord {
     /// Values; NaN for spikes and for frozen or saturated readings.
     pub(crate) values: Vec<Vec<f64>>,
     pub(crate) noise: Vec<Option<SensorNoise>>,
     pub(crate) findings: Vec<Finding>,
 }
 
-impl Cleaned {
+impl CleanedRecord {
     /// Checks every channel of a record.
-    pub(crate) fn of(record: &Record<'_>) -> Cleaned {
-        let mut cleaned = Cleaned { values: Vec::new(), noise: Vec::new(), findings: Vec::new() };
+    pub(crate) fn clean(record: &ScreenedRecord<'_>) -> CleanedRecord {
+        let mut cleaned =
+            CleanedRecord { values: Vec::new(), noise: Vec::new(), findings: Vec::new() };
         for channel in 0..record.channels.len() {
             cleaned.add_runs(record, channel);
         }
@@ -60,7 +61,7 @@ impl Cleaned {
     }
 
     /// Adds findings about constant, frozen, saturated and missing values.
-    fn add_runs(&mut self, record: &Record<'_>, channel: usize) {
+    fn add_runs(&mut self, record: &ScreenedRecord<'_>, channel: usize) {
         let (times, raw) = (record.times, record.channels[channel].values);
         let mut values = raw.to_vec();
         let mut find = |fault, stretches, p_value, weight| {
@@ -68,28 +69,29 @@ impl Cleaned {
             self.findings.push(Finding { channels, stretches, fault, p_value, weight });
         };
         let Some((low, high)) = extremes(raw) else {
-            find(Fault::Empty, Vec::new(), None, Weight::Fault);
+            find(ChannelFault::Empty, Vec::new(), None, Severity::Fault);
             self.values.push(values);
             return;
         };
         let missing = runs(raw.len(), |k| !raw[k].is_finite());
         if !missing.is_empty() {
             let count = missing.iter().map(|(first, last)| last - first + 1).sum();
-            let stretches = missing.iter().map(|(a, b)| Stretch::of(times, *a, *b)).collect();
-            find(Fault::Missing(count), stretches, None, Weight::Remark);
+            let stretches =
+                missing.iter().map(|(a, b)| TimeStretch::from_samples(times, *a, *b)).collect();
+            find(ChannelFault::Missing(count), stretches, None, Severity::Remark);
         }
         if low == high {
-            find(Fault::Constant(low), Vec::new(), None, Weight::Remark);
+            find(ChannelFault::Constant(low), Vec::new(), None, Severity::Remark);
             self.values.push(values);
             return;
         }
         for pile in saturated(times, raw) {
-            let fault = Fault::Saturated {
+            let fault = ChannelFault::Saturated {
                 limit: pile.limit,
                 is_upper: pile.is_upper,
                 samples: pile.samples.len(),
             };
-            find(fault, pile.stretches, Some(pile.p_value), Weight::Fault);
+            find(fault, pile.stretches, Some(pile.p_value), Severity::Fault);
             pile.samples.iter().for_each(|k| values[*k] = f64::NAN);
         }
         let runs = frozen(times, &values);
@@ -101,9 +103,10 @@ impl Cleaned {
                 let values = &record.channels[other].values[first..=last];
                 values.windows(2).filter(|pair| pair[0] != pair[1]).count() > FEW
             });
-            let fault = Fault::Frozen { value: run.value, samples: last - first + 1, is_shown };
+            let fault =
+                ChannelFault::Frozen { value: run.value, samples: last - first + 1, is_shown };
             match &mut pending {
-                _ if is_shown => find(fault, vec![run.stretch], Some(run.p_value), Weight::Fault),
+                _ if is_shown => find(fault, vec![run.stretch], Some(run.p_value), Severity::Fault),
                 // Repeatedly held values give a single remark.
                 Some(Finding { stretches, .. }) => stretches.push(run.stretch),
                 None => {
@@ -112,7 +115,7 @@ impl Cleaned {
                         stretches: vec![run.stretch],
                         fault,
                         p_value: Some(run.p_value),
-                        weight: Weight::Remark,
+                        weight: Severity::Remark,
                     });
                 }
             }
@@ -126,7 +129,7 @@ impl Cleaned {
     /// channel's range.
     fn add_spikes(
         &mut self,
-        record: &Record<'_>,
+        record: &ScreenedRecord<'_>,
         channel: usize,
         spikes: &[Spike],
         shared: &[bool],
@@ -134,7 +137,7 @@ impl Cleaned {
         let times = record.times;
         let values = &mut self.values[channel];
         let usual = usual_range(values, spikes);
-        let (pulses, spikes): (Marked<'_>, Marked<'_>) = spikes
+        let (pulses, spikes): (MarkedSpikes<'_>, MarkedSpikes<'_>) = spikes
             .iter()
             .zip(shared.iter().copied())
             .partition(|(spike, shared)| *shared && spike.height.abs() < usual);
@@ -145,11 +148,12 @@ impl Cleaned {
             if count == 0 {
                 continue;
             }
-            let stretch = |spike: &Spike| Stretch::of(times, spike.samples.0, spike.samples.1);
+            let stretch =
+                |spike: &Spike| TimeStretch::from_samples(times, spike.samples.0, spike.samples.1);
             let (fault, weight) = if is_spike {
-                (Fault::Spikes { count, largest }, Weight::Fault)
+                (ChannelFault::Spikes { count, largest }, Severity::Fault)
             } else {
-                (Fault::Pulses { count, largest }, Weight::Remark)
+                (ChannelFault::Pulses { count, largest }, Severity::Remark)
             };
             self.findings.push(Finding {
                 channels: vec![channel],
@@ -169,9 +173,9 @@ impl Cleaned {
             self.findings.push(Finding {
                 channels: vec![channel],
                 stretches: Vec::new(),
-                fault: Fault::Coarse { step },
+                fault: ChannelFault::Coarse { step },
                 p_value: None,
-                weight: Weight::Remark,
+                weight: Severity::Remark,
             });
         }
         self.noise.push(noise);
@@ -192,7 +196,10 @@ fn hides_noise(values: &[f64], step: f64) -> bool {
 }
 
 /// Other channels whose names differ only in a last letter.
-fn partners<'a>(record: &'a Record<'_>, channel: usize) -> impl Iterator<Item = usize> + 'a {
+fn partners<'a>(
+    record: &'a ScreenedRecord<'_>,
+    channel: usize,
+) -> impl Iterator<Item = usize> + 'a {
     let original = &record.channels[channel];
     (0..record.channels.len()).filter(move |other| {
         let other = &record.channels[*other];

@@ -1,12 +1,12 @@
 //! Findings: what may be wrong, in numbers.
 
-use crate::record::Stretch;
+use crate::record::TimeStretch;
 use crate::redundant::Kinship;
 use crate::statistics::estimate::Estimate;
 
 /// Severity of a finding.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Weight {
+pub enum Severity {
     /// It biases a fit.
     Fault,
     /// It is worth knowing.
@@ -19,18 +19,18 @@ pub struct Finding {
     /// The channels concerned; empty for the times.
     pub channels: Vec<usize>,
     /// The periods concerned; empty for the whole record.
-    pub stretches: Vec<Stretch>,
+    pub stretches: Vec<TimeStretch>,
     /// The kind.
-    pub fault: Fault,
+    pub fault: ChannelFault,
     /// Upper bound of the probability of it by chance; `None` if chance plays no part.
     pub p_value: Option<f64>,
     /// Its severity.
-    pub weight: Weight,
+    pub weight: Severity,
 }
 
 /// What may be wrong with channels.
 #[derive(Debug, Clone, PartialEq)]
-pub enum Fault {
+pub enum ChannelFault {
     /// There is no value at all.
     Empty,
     /// All values are this one.
@@ -101,5 +101,5 @@ pub enum Fault {
     /// The second channel's noise is this many times that of the first.
     Noisier(f64),
     /// The second channel lags by this, s.
-    Late(Estimate),
+    Lag(Estimate),
 }

@@ -10,13 +10,13 @@
 //! Source: the length of the longest run, Erdős, Rényi, On a new law of large numbers, J. Analyse
 //! Math. 23 (1970) 103–111. The pile is a sign test of the counts of two neighbouring levels.
 
-use crate::record::{Stretch, extremes, runs};
+use crate::record::{TimeStretch, extremes, runs};
 
 /// A run of equal readings that is not due to chance.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Frozen {
+pub struct FrozenRun {
     /// The period.
-    pub stretch: Stretch,
+    pub stretch: TimeStretch,
     /// First and last sample.
     pub samples: (usize, usize),
     /// The reading.
@@ -27,13 +27,13 @@ pub struct Frozen {
 
 /// Readings that pile up at a limit.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Saturated {
+pub struct SaturatedReadings {
     /// The limit.
     pub limit: f64,
     /// Whether it is the upper one.
     pub is_upper: bool,
     /// Periods at the limit.
-    pub stretches: Vec<Stretch>,
+    pub stretches: Vec<TimeStretch>,
     /// Samples at the limit.
     pub samples: Vec<usize>,
     /// Upper bound of the probability of such a pile by chance.
@@ -59,14 +59,14 @@ const NEIGHBOURS: usize = 5;
 
 /// Statistics of a working channel.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Life {
+pub(crate) struct ChannelLife {
     /// Probability that a reading repeats the previous one, in the block where that is most frequent.
     repeats: f64,
 }
 
-impl Life {
+impl ChannelLife {
     /// Statistics of these values; `None` if the channel shows no noise of its own.
-    pub(crate) fn of(values: &[f64]) -> Option<Life> {
+    pub(crate) fn estimate(values: &[f64]) -> Option<ChannelLife> {
         let mut shares = Vec::new();
         let (mut turns, mut moves) = (0usize, 0usize);
         for block in values.chunks(BLOCK) {
@@ -91,7 +91,7 @@ impl Life {
         shares.sort_unstable_by(f64::total_cmp);
         let repeats = *shares.get(shares.len() * 9 / 10)?;
         let is_lively = turns as f64 >= LIVELY * moves.max(1) as f64;
-        (is_lively && repeats < STILL).then_some(Life { repeats })
+        (is_lively && repeats < STILL).then_some(ChannelLife { repeats })
     }
 
     /// Expected number of runs of this length among n readings.
@@ -102,16 +102,16 @@ impl Life {
 }
 
 /// Periods in which an otherwise working channel reads one value.
-pub fn frozen(times: &[f64], values: &[f64]) -> Vec<Frozen> {
-    let Some(life) = Life::of(values) else { return Vec::new() };
+pub fn frozen(times: &[f64], values: &[f64]) -> Vec<FrozenRun> {
+    let Some(life) = ChannelLife::estimate(values) else { return Vec::new() };
     let repeated = |k: usize| k > 0 && values[k] == values[k - 1];
     runs(values.len(), repeated)
         .into_iter()
         .filter_map(|(first, last)| {
             let (first, length) = (first - 1, last - first + 2);
             let p_value = life.expected(values.len(), length);
-            (length >= FEWEST && p_value < RARE).then(|| Frozen {
-                stretch: Stretch::of(times, first, last),
+            (length >= FEWEST && p_value < RARE).then(|| FrozenRun {
+                stretch: TimeStretch::from_samples(times, first, last),
                 samples: (first, last),
                 value: values[first],
                 p_value,
@@ -121,9 +121,9 @@ pub fn frozen(times: &[f64], values: &[f64]) -> Vec<Frozen> {
 }
 
 /// Limits at which readings of an otherwise working channel pile up.
-pub fn saturated(times: &[f64], values: &[f64]) -> Vec<Saturated> {
+pub fn saturated(times: &[f64], values: &[f64]) -> Vec<SaturatedReadings> {
     let Some((low, high)) = extremes(values) else { return Vec::new() };
-    if low == high || Life::of(values).is_none() {
+    if low == high || ChannelLife::estimate(values).is_none() {
         return Vec::new();
     }
     let mut sorted: Vec<f64> = values.iter().copied().filter(|value| value.is_finite()).collect();
@@ -135,15 +135,15 @@ pub fn saturated(times: &[f64], values: &[f64]) -> Vec<Saturated> {
         .filter_map(|(p_value, limit, is_upper)| {
             let p_value = p_value.filter(|p| *p < RARE)?;
             let samples: Vec<usize> = (0..values.len()).filter(|k| values[*k] == limit).collect();
-            let stretches: Vec<Stretch> = runs(values.len(), |k| values[k] == limit)
+            let stretches: Vec<TimeStretch> = runs(values.len(), |k| values[k] == limit)
                 .into_iter()
-                .map(|(first, last)| Stretch::of(times, first, last))
+                .map(|(first, last)| TimeStretch::from_samples(times, first, last))
                 .collect();
             // Noise takes readings to a limit and off it again; a single long run is a held value.
             if stretches.len() < FEWEST_RUNS {
                 return None;
             }
-            Some(Saturated { limit, is_upper, stretches, samples, p_value })
+            Some(SaturatedReadings { limit, is_upper, stretches, samples, p_value })
         })
         .collect()
 }

@@ -11,7 +11,7 @@ use crate::steady::Motion;
 
 /// An operating point.
 #[derive(Debug, Clone, PartialEq)]
-pub struct OperatingPoint {
+pub struct SteadyPoint {
     /// Positions of its steady periods.
     pub stretches: Vec<usize>,
     /// Mean of each channel over them, weighted by their lengths; NaN where there is none.
@@ -26,7 +26,7 @@ const SAME: f64 = 0.03;
 /// Groups the steady periods of a record.
 ///
 /// `tolerances` has for each channel the difference that is negligible, for instance its noise.
-pub fn operating_points(motion: &Motion, tolerances: &[f64]) -> Vec<OperatingPoint> {
+pub fn operating_points(motion: &Motion, tolerances: &[f64]) -> Vec<SteadyPoint> {
     let steady = &motion.steady;
     let value = |stretch: usize, channel: usize| {
         steady[stretch].means[channel].map_or(f64::NAN, |mean| mean.value)
@@ -94,7 +94,7 @@ pub fn operating_points(motion: &Motion, tolerances: &[f64]) -> Vec<OperatingPoi
             settled[group].push(stretch);
         }
     }
-    let point = |stretches: Vec<usize>| OperatingPoint {
+    let point = |stretches: Vec<usize>| SteadyPoint {
         means: centre(&stretches),
         seconds: stretches.iter().map(|stretch| length(motion, *stretch)).sum(),
         stretches,

@@ -1,11 +1,11 @@
 //! Compares channels that measure the same quantity.
 
-use crate::cleaned::Cleaned;
+use crate::cleaned::CleanedRecord;
 use crate::clock::shift;
-use crate::finding::{Fault, Finding, Weight};
-use crate::record::{Record, extremes, usual_spacing};
-use crate::redundant::{Compared, Comparison, Kinship, OPPOSED, compare, odd_one, stem};
-use crate::screen::{RARE, Request};
+use crate::finding::{ChannelFault, Finding, Severity};
+use crate::record::{ScreenedRecord, extremes, usual_spacing};
+use crate::redundant::{Kinship, OPPOSED, PairComparison, RedundantPair, compare, odd_one, stem};
+use crate::screen::{RARE, ScreenOptions};
 use crate::statistics::estimate::Estimate;
 
 /// Offsets up to this many standard deviations of one reading are harmless.
@@ -15,17 +15,21 @@ const NOISIER: f64 = 2.0;
 
 /// Two channels with similar names, and their comparison.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Kin {
+pub struct SimilarChannels {
     /// Their positions.
     pub channels: [usize; 2],
     /// Whether their names differ in a letter.
     pub by_letter: bool,
     /// The result of the comparison.
-    pub compared: Compared,
+    pub compared: PairComparison,
 }
 
 /// Compares all channels of one unit with similar names, without the faults of single channels.
-pub(crate) fn compared(cleaned: &Cleaned, record: &Record<'_>, request: &Request) -> Vec<Kin> {
+pub(crate) fn compared(
+    cleaned: &CleanedRecord,
+    record: &ScreenedRecord<'_>,
+    request: &ScreenOptions,
+) -> Vec<SimilarChannels> {
     let n = record.channels.len();
     let mut pairs = Vec::new();
     for i in 0..n {
@@ -41,20 +45,24 @@ pub(crate) fn compared(cleaned: &Cleaned, record: &Record<'_>, request: &Request
             let is_known = is_same || by_letter;
             let compared = match compare(record.times, values, [i, j], is_known) {
                 // Either half a period late, or with opposite sign, which is more common.
-                Compared::Different { correlation } if is_known && correlation > OPPOSED => {
-                    late_twin(record.times, values, [i, j])
-                        .unwrap_or(Compared::Different { correlation })
+                PairComparison::Different { correlation } if is_known && correlation > OPPOSED => {
+                    lagging_twin(record.times, values, [i, j])
+                        .unwrap_or(PairComparison::Different { correlation })
                 }
                 other => other,
             };
-            pairs.push(Kin { channels: [i, j], by_letter, compared });
+            pairs.push(SimilarChannels { channels: [i, j], by_letter, compared });
         }
     }
     pairs
 }
 
 /// Compares two channels that disagree after aligning their clocks; `None` if they still disagree.
-fn late_twin(times: &[f64], values: [&[f64]; 2], channels: [usize; 2]) -> Option<Compared> {
+fn lagging_twin(
+    times: &[f64],
+    values: [&[f64]; 2],
+    channels: [usize; 2],
+) -> Option<PairComparison> {
     let [a, b] = values;
     let (late, spacing) = (shift(times, a, b)?, usual_spacing(times)?);
     let samples = (late.value / spacing).round();
@@ -69,14 +77,14 @@ fn late_twin(times: &[f64], values: [&[f64]; 2], channels: [usize; 2]) -> Option
     } else {
         compare(&times[kept], [&a[behind], &b[kept]], channels, true)
     };
-    (!matches!(compared, Compared::Different { .. })).then_some(compared)
+    (!matches!(compared, PairComparison::Different { .. })).then_some(compared)
 }
 
 /// Findings from pairs of channels.
 pub(crate) fn pair_findings(
     times: &[f64],
-    cleaned: &Cleaned,
-    pairs: &[Comparison],
+    cleaned: &CleanedRecord,
+    pairs: &[RedundantPair],
 ) -> Vec<Finding> {
     let span = times.last().zip(times.first()).map_or(0.0, |(last, first)| last - first);
     let mut findings = Vec::new();
@@ -87,7 +95,7 @@ pub(crate) fn pair_findings(
                 stretches: Vec::new(),
                 fault,
                 p_value: Some(p_value),
-                weight: Weight::Fault,
+                weight: Severity::Fault,
             });
         };
         let [a, b] = pair.noise.map(|noise| noise.map_or(0.0, |noise| noise.std));
@@ -97,27 +105,27 @@ pub(crate) fn pair_findings(
         let rounding = if a.min(b) < 0.5 * step { step } else { 0.0 };
         let p = pair.offset.p_value_beyond(harmless.max(rounding));
         if p < RARE {
-            find(Fault::Offset { offset: pair.offset, kinship: pair.kinship }, p);
+            find(ChannelFault::Offset { offset: pair.offset, kinship: pair.kinship }, p);
         }
         if let Some(gain) = pair.gain {
             let [first, _] = pair.channels;
             let (low, high) = extremes(&cleaned.values[first]).unwrap_or_default();
             let p = gain.p_value_beyond(harmless / (high - low));
             if p < RARE {
-                find(Fault::Gain(over_first(gain)), p);
+                find(ChannelFault::Gain(over_first(gain)), p);
             }
         }
         if let Some(rate) = pair.rate {
             let p = rate.p_value_beyond(harmless / span);
             if p < RARE {
-                find(Fault::Drift(rate), p);
+                find(ChannelFault::Drift(rate), p);
             }
         }
         if let [Some(one), Some(other)] = pair.noise {
             let ratio = other.std / one.std;
             let doubt = 5.0 * (one.relative_error + other.relative_error);
             if ratio.max(1.0 / ratio) > NOISIER * (1.0 + doubt) {
-                find(Fault::Noisier(ratio), RARE);
+                find(ChannelFault::Noisier(ratio), RARE);
             }
         }
         if pair.kinship == Kinship::Moving {
@@ -128,7 +136,7 @@ pub(crate) fn pair_findings(
             if let Some(late) = late {
                 let p = late.p_value_beyond(0.1 * spacing);
                 if p < RARE {
-                    find(Fault::Late(late), p);
+                    find(ChannelFault::Lag(late), p);
                 }
             }
         }
@@ -151,7 +159,7 @@ fn over_first(gain: Estimate) -> Estimate {
 }
 
 /// Findings about the odd one of three or more channels.
-pub(crate) fn odd_findings(pairs: &[Comparison]) -> Vec<Finding> {
+pub(crate) fn odd_findings(pairs: &[RedundantPair]) -> Vec<Finding> {
     let mut findings = Vec::new();
     for group in groups(pairs) {
         let first = group[0];
@@ -179,9 +187,9 @@ pub(crate) fn odd_findings(pairs: &[Comparison]) -> Vec<Finding> {
             findings.push(Finding {
                 channels: vec![odd],
                 stretches: Vec::new(),
-                fault: Fault::Odd(estimate),
+                fault: ChannelFault::Odd(estimate),
                 p_value: Some(p_value),
-                weight: Weight::Fault,
+                weight: Severity::Fault,
             });
         }
     }
@@ -189,7 +197,7 @@ pub(crate) fn odd_findings(pairs: &[Comparison]) -> Vec<Finding> {
 }
 
 /// Groups of channels that are connected by comparisons, in order.
-fn groups(pairs: &[Comparison]) -> Vec<Vec<usize>> {
+fn groups(pairs: &[RedundantPair]) -> Vec<Vec<usize>> {
     let mut groups: Vec<Vec<usize>> = Vec::new();
     for pair in pairs {
         let (mut joined, rest): (Vec<Vec<usize>>, Vec<Vec<usize>>) =

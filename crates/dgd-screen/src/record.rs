@@ -2,7 +2,7 @@
 
 /// A recording as in its file: columns over common times.
 #[derive(Debug, Clone)]
-pub struct Record<'a> {
+pub struct ScreenedRecord<'a> {
     /// Times, s, ascending; two equal ones are the sides of a jump.
     pub times: &'a [f64],
     /// The columns, each with a value for each time.
@@ -22,17 +22,17 @@ pub struct Channel<'a> {
 
 /// A time interval that includes both ends, s.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Stretch {
+pub struct TimeStretch {
     /// Its first sample.
     pub from: f64,
     /// Its last sample.
     pub until: f64,
 }
 
-impl Stretch {
+impl TimeStretch {
     /// The interval of the samples `first..=last`.
-    pub(crate) fn of(times: &[f64], first: usize, last: usize) -> Stretch {
-        Stretch { from: times[first], until: times[last] }
+    pub(crate) fn from_samples(times: &[f64], first: usize, last: usize) -> TimeStretch {
+        TimeStretch { from: times[first], until: times[last] }
     }
 }
 

@@ -28,7 +28,7 @@ pub enum Kinship {
 
 /// Two channels that measure the same.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Comparison {
+pub struct RedundantPair {
     /// Their positions in the record.
     pub channels: [usize; 2],
     /// Why they are compared.
@@ -45,9 +45,9 @@ pub struct Comparison {
 
 /// Result of the comparison of two channels with similar names.
 #[derive(Debug, Clone, PartialEq)]
-pub enum Compared {
+pub enum PairComparison {
     /// They measure the same.
-    Same(Box<Comparison>),
+    Same(Box<RedundantPair>),
     /// They move, but not together.
     Different {
         /// Correlation of their block means.
@@ -116,7 +116,7 @@ pub fn compare(
     values: [&[f64]; 2],
     channels: [usize; 2],
     is_known: bool,
-) -> Compared {
+) -> PairComparison {
     let [a, b] = values;
     assert!(times.len() == a.len() && times.len() == b.len(), "values for each time");
     let both: Vec<usize> =
@@ -124,7 +124,7 @@ pub fn compare(
     let pick = |values: &[f64]| -> Vec<f64> { both.iter().map(|k| values[*k]).collect() };
     let (t, a, b) = (pick(times), pick(a), pick(b));
     let difference: Vec<f64> = a.iter().zip(&b).map(|(a, b)| b - a).collect();
-    let Some(offset) = mean(&difference) else { return Compared::Unknown };
+    let Some(offset) = mean(&difference) else { return PairComparison::Unknown };
     let noise = [white_noise(&t, &a, &a), white_noise(&t, &b, &b)];
 
     let length = (both.len() / BLOCKS).max(SHORTEST);
@@ -143,11 +143,11 @@ pub fn compare(
     let covariance = 2.0 * motion - 0.5 * (motion_of_a + motion_of_b);
     let of_both = (motion_of_a * motion_of_b).sqrt();
     let correlation = if of_both > 0.0 { covariance / of_both } else { 0.0 };
-    let different = Compared::Different { correlation };
+    let different = PairComparison::Different { correlation };
 
     let scale = motion_of_b.max(motion_of_a).max(motion);
     let (gain, rate, kinship) = if is_motion(motion) && motion > 0.0 {
-        let Some(fit) = regression(&[common, t], &d, LAGS) else { return Compared::Unknown };
+        let Some(fit) = regression(&[common, t], &d, LAGS) else { return PairComparison::Unknown };
         let [gain, rate] = [fit.coefficients[0], fit.coefficients[1]];
         if variance(&fit.residuals) > LEFT * scale || gain.value.abs() > GAIN {
             return different;
@@ -164,11 +164,11 @@ pub fn compare(
             return different;
         }
         if !is_near {
-            return Compared::Unknown;
+            return PairComparison::Unknown;
         }
         (None, line.map(|fit| fit.coefficients[0]), Kinship::Named)
     };
-    Compared::Same(Box::new(Comparison { channels, kinship, offset, gain, rate, noise }))
+    PairComparison::Same(Box::new(RedundantPair { channels, kinship, offset, gain, rate, noise }))
 }
 
 fn centred(mut values: Vec<f64>) -> Vec<f64> {

@@ -1,12 +1,12 @@
 //! Runs all tests on a record.
 
-use crate::cleaned::Cleaned;
-use crate::finding::{Fault, Finding, Weight};
-use crate::operating_points::{OperatingPoint, operating_points};
-use crate::pairs::{Kin, compared, odd_findings, pair_findings};
-use crate::record::{Channel, Record, extremes, usual_spacing};
-use crate::redundant::{Compared, Comparison, OPPOSED};
-use crate::sampling::{Sampling, sampling};
+use crate::cleaned::CleanedRecord;
+use crate::finding::{ChannelFault, Finding, Severity};
+use crate::operating_points::{SteadyPoint, operating_points};
+use crate::pairs::{SimilarChannels, compared, odd_findings, pair_findings};
+use crate::record::{Channel, ScreenedRecord, extremes, usual_spacing};
+use crate::redundant::{OPPOSED, PairComparison, RedundantPair};
+use crate::sampling::{SampleSpacing, sampling};
 use crate::statistics::noise::SensorNoise;
 use crate::steady::{Motion, motion};
 
@@ -15,7 +15,7 @@ pub const RARE: f64 = 1e-6;
 
 /// Information besides the samples.
 #[derive(Debug, Clone, Default)]
-pub struct Request {
+pub struct ScreenOptions {
     /// Channels declared to measure the same, in one unit; if they do not, that is a finding.
     pub same: Vec<[usize; 2]>,
     /// Channels that measured the same in another record.
@@ -34,20 +34,20 @@ pub struct Screening {
     /// Findings, in the order of channels.
     pub findings: Vec<Finding>,
     /// Summary of each channel.
-    pub channels: Vec<Summary>,
+    pub channels: Vec<ChannelSummary>,
     /// The spacing of the samples.
-    pub sampling: Sampling,
+    pub sampling: SampleSpacing,
     /// Channels that measure the same, in pairs.
-    pub comparisons: Vec<Comparison>,
+    pub comparisons: Vec<RedundantPair>,
     /// Steady periods and transients.
     pub motion: Motion,
     /// Steady periods, grouped.
-    pub points: Vec<OperatingPoint>,
+    pub points: Vec<SteadyPoint>,
 }
 
 /// Summary of a channel.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Summary {
+pub struct ChannelSummary {
     /// Number of values that are not NaN.
     pub samples: usize,
     /// Their minimum and maximum.
@@ -69,27 +69,27 @@ pub fn slope_window(times: &[f64]) -> Option<f64> {
 }
 
 /// Compares all channels of one unit with similar names.
-pub fn kin(record: &Record<'_>, request: &Request) -> Vec<Kin> {
-    compared(&Cleaned::of(record), record, request)
+pub fn kin(record: &ScreenedRecord<'_>, request: &ScreenOptions) -> Vec<SimilarChannels> {
+    compared(&CleanedRecord::clean(record), record, request)
 }
 
 /// Runs all tests on a record.
-pub fn screen(record: &Record<'_>, request: &Request) -> Screening {
-    let cleaned = Cleaned::of(record);
+pub fn screen(record: &ScreenedRecord<'_>, request: &ScreenOptions) -> Screening {
+    let cleaned = CleanedRecord::clean(record);
     let sampling = sampling(record.times);
     let mut findings = spacing_findings(&sampling);
-    let mut comparisons: Vec<Comparison> = Vec::new();
+    let mut comparisons: Vec<RedundantPair> = Vec::new();
     for kin in compared(&cleaned, record, request) {
         let (fault, weight) = match kin.compared {
-            Compared::Same(comparison) => {
+            PairComparison::Same(comparison) => {
                 comparisons.push(*comparison);
                 continue;
             }
-            Compared::Different { correlation } if correlation < OPPOSED => {
-                (Fault::Opposed(correlation), Weight::Fault)
+            PairComparison::Different { correlation } if correlation < OPPOSED => {
+                (ChannelFault::Opposed(correlation), Severity::Fault)
             }
-            Compared::Different { .. } => (Fault::Unlike, Weight::Fault),
-            Compared::Unknown => (Fault::Untold, Weight::Remark),
+            PairComparison::Different { .. } => (ChannelFault::Unlike, Severity::Fault),
+            PairComparison::Unknown => (ChannelFault::Untold, Severity::Remark),
         };
         if request.same.contains(&kin.channels) {
             let channels = kin.channels.to_vec();
@@ -102,11 +102,11 @@ pub fn screen(record: &Record<'_>, request: &Request) -> Screening {
             });
         }
     }
-    let channels: Vec<Summary> = (0..record.channels.len())
+    let channels: Vec<ChannelSummary> = (0..record.channels.len())
         .map(|i| {
             let valid = record.channels[i].values.iter().filter(|value| value.is_finite());
             let (sum, samples) = valid.fold((0.0, 0), |(sum, n), value| (sum + value, n + 1));
-            Summary {
+            ChannelSummary {
                 samples,
                 range: extremes(record.channels[i].values),
                 mean: sum / samples as f64,
@@ -123,7 +123,7 @@ pub fn screen(record: &Record<'_>, request: &Request) -> Screening {
     let noise: Vec<Option<f64>> =
         cleaned.noise.iter().map(|noise| noise.map(|noise| noise.std)).collect();
     let values = record.channels.iter().zip(&cleaned.values);
-    let without_faults = Record {
+    let without_faults = ScreenedRecord {
         times: record.times,
         channels: values.map(|(c, values)| Channel { values, ..*c }).collect(),
     };
@@ -133,21 +133,21 @@ pub fn screen(record: &Record<'_>, request: &Request) -> Screening {
     Screening { findings, channels, sampling, comparisons, motion, points }
 }
 
-fn spacing_findings(sampling: &Sampling) -> Vec<Finding> {
+fn spacing_findings(sampling: &SampleSpacing) -> Vec<Finding> {
     let whole = |fault, stretches| Finding {
         channels: Vec::new(),
         stretches,
         fault,
         p_value: None,
-        weight: Weight::Remark,
+        weight: Severity::Remark,
     };
     let mut findings = Vec::new();
     if !sampling.gaps.is_empty() {
-        let gaps = whole(Fault::Gaps, sampling.gaps.clone());
-        findings.push(Finding { weight: Weight::Fault, ..gaps });
+        let gaps = whole(ChannelFault::Gaps, sampling.gaps.clone());
+        findings.push(Finding { weight: Severity::Fault, ..gaps });
     }
     if sampling.uneven > UNEVEN {
-        findings.push(whole(Fault::Uneven(sampling.uneven), Vec::new()));
+        findings.push(whole(ChannelFault::Uneven(sampling.uneven), Vec::new()));
     }
     findings
 }

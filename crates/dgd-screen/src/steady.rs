@@ -14,12 +14,12 @@
 //! Source: Haukanes 2015, §3.4, |dq/dt| ≤ ε, and Fig. 3.20 for transients. Noise of a slope over n
 //! equally spaced samples: Var(slope) w² = 12 σ²/n.
 
-use crate::record::{Record, Stretch, extremes, runs};
+use crate::record::{ScreenedRecord, TimeStretch, extremes, runs};
 use crate::statistics::estimate::{Estimate, mean};
 
 /// The criterion for a channel at rest.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Rest {
+pub struct RestCriterion {
     /// Position of the channel in the record.
     pub channel: usize,
     /// Largest change over a window, in the channel's unit.
@@ -28,9 +28,9 @@ pub struct Rest {
 
 /// A period in which all channels are at rest.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Steady {
+pub struct SteadyPeriod {
     /// The period.
-    pub stretch: Stretch,
+    pub stretch: TimeStretch,
     /// First and last sample.
     pub samples: (usize, usize),
     /// The mean of each channel; `None` with fewer than 16 values.
@@ -39,9 +39,9 @@ pub struct Steady {
 
 /// A period in which something changes.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Transient {
+pub struct TransientPeriod {
     /// The period.
-    pub stretch: Stretch,
+    pub stretch: TimeStretch,
     /// The channels that change: position, value before and after.
     pub changes: Vec<(usize, f64, f64)>,
 }
@@ -52,11 +52,11 @@ pub struct Motion {
     /// Length of the windows, s.
     pub window: f64,
     /// The channels that move at all, with their criteria for rest.
-    pub rests: Vec<Rest>,
+    pub rests: Vec<RestCriterion>,
     /// Steady periods.
-    pub steady: Vec<Steady>,
+    pub steady: Vec<SteadyPeriod>,
     /// Transients.
-    pub transients: Vec<Transient>,
+    pub transients: Vec<TransientPeriod>,
 }
 
 /// Fraction of the range below which a change is negligible.
@@ -73,7 +73,7 @@ const MOVING: f64 = 4.0;
 ///
 /// If the length of `noise` differs from the number of channels.
 pub fn motion(
-    record: &Record<'_>,
+    record: &ScreenedRecord<'_>,
     noise: &[Option<f64>],
     window: f64,
     limits: &[(usize, f64)],
@@ -98,14 +98,14 @@ pub fn motion(
             at_rest[k] &= value.abs() <= change;
             moving[k] |= value.abs() > MOVING * change;
         }
-        rests.push(Rest { channel, change });
+        rests.push(RestCriterion { channel, change });
     }
     // A channel without values for a while does not count, and one with a short interruption is at rest.
     let steady = joined(times, runs(n, |k| at_rest[k]), 0.25 * window)
         .into_iter()
         .filter(|(first, last)| times[*last] - times[*first] >= window)
-        .map(|(first, last)| Steady {
-            stretch: Stretch::of(times, first, last),
+        .map(|(first, last)| SteadyPeriod {
+            stretch: TimeStretch::from_samples(times, first, last),
             samples: (first, last),
             means: record.channels.iter().map(|c| mean(&c.values[first..=last])).collect(),
         })
@@ -126,7 +126,7 @@ pub fn motion(
                 ))
             });
             let changes = moved.collect();
-            Transient { stretch: Stretch::of(times, first, last), changes }
+            TransientPeriod { stretch: TimeStretch::from_samples(times, first, last), changes }
         })
         .collect();
     Motion { window, rests, steady, transients }
@@ -168,7 +168,7 @@ fn changes(times: &[f64], values: &[f64], window: f64) -> Vec<(f64, usize)> {
     // Sums over the window, with times and values relative to the current ones, to reduce cancellation.
     let (mut first, mut end) = (0, 0);
     let origin = values.iter().copied().find(|value| value.is_finite()).unwrap_or(0.0);
-    let mut sums = Sums::default();
+    let mut sums = TrendSums::default();
     for k in 0..n {
         while end < n && times[end] <= times[k] + 0.5 * window {
             sums.add(times[end], values[end] - origin, 1.0);
@@ -179,7 +179,7 @@ fn changes(times: &[f64], values: &[f64], window: f64) -> Vec<(f64, usize)> {
             first += 1;
         }
         if k % 1024 == 0 {
-            sums = Sums { base: times[k], ..Sums::default() };
+            sums = TrendSums { base: times[k], ..TrendSums::default() };
             (first..end).for_each(|i| sums.add(times[i], values[i] - origin, 1.0));
         }
         changes[k] = (sums.slope() * window, sums.count as usize);
@@ -189,7 +189,7 @@ fn changes(times: &[f64], values: &[f64], window: f64) -> Vec<(f64, usize)> {
 
 /// Sums for a regression on time.
 #[derive(Default)]
-struct Sums {
+struct TrendSums {
     base: f64,
     count: f64,
     t: f64,
@@ -198,7 +198,7 @@ struct Sums {
     tx: f64,
 }
 
-impl Sums {
+impl TrendSums {
     fn add(&mut self, t: f64, x: f64, sign: f64) {
         if x.is_finite() {
             let t = t - self.base;

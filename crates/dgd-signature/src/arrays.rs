@@ -49,7 +49,7 @@ pub struct Family {
 
 /// Places (row + k, column + k) or (row + k, column) of a matrix, for k from 0 to `count` − 1.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Run {
+pub struct PatternRun {
     /// Row of the first place.
     pub row: usize,
     /// Column of the first place.
@@ -71,7 +71,7 @@ pub struct Arrays {
     pub outputs: List<OutputArray>,
     /// Non-zeros in the rows of families of ∂f/∂y, ∂g/∂y, ∂f/∂p, ∂f/∂u, ∂w/∂y, ∂w/∂u and ∂w/∂p,
     /// which follow those of other rows.
-    pub runs: [List<Run>; 7],
+    pub runs: [List<PatternRun>; 7],
 }
 
 /// The description of a whole model, from that of its single unknowns and the additions by arrays.
@@ -131,7 +131,7 @@ mod tests {
             outputs: List::Borrowed(&[]),
             densities: List::Borrowed(&[]),
             directions: List::Borrowed(&[]),
-            jacobian: Pattern::of(&[(0, 0)]),
+            jacobian: Pattern::from_places(&[(0, 0)]),
             sensitivity_jacobian: none(),
             parameter_jacobian: none(),
             input_jacobian: none(),
@@ -147,7 +147,7 @@ mod tests {
             equation: "row".into(),
             lower,
         };
-        let run = |row, column, diagonal| Run { row, column, diagonal, count: 2 };
+        let run = |row, column, diagonal| PatternRun { row, column, diagonal, count: 2 };
         let empty = || List::Borrowed(&[][..]);
         let added = Arrays {
             outputs: vec![OutputArray {
@@ -166,7 +166,7 @@ mod tests {
                 empty(),
                 empty(),
                 empty(),
-                vec![Run { count: 3, ..run(0, 1, true) }].into(),
+                vec![PatternRun { count: 3, ..run(0, 1, true) }].into(),
                 empty(),
                 empty(),
             ],
@@ -183,14 +183,14 @@ mod tests {
         assert_eq!(mass, [0.0, 0.0, 1.0, 1.0]);
         assert_eq!((whole.unknowns.len(), whole.unknowns.n_algebraic()), (4, 2));
         for (i, unknown) in whole.unknowns.iter().enumerate() {
-            assert_eq!(unknown, whole.unknowns.at(i));
+            assert_eq!(unknown, whole.unknowns.get(i));
             let named = Unknown {
                 name: whole.unknowns.name(i),
                 unit: whole.unknowns.unit(i).clone(),
                 nominal: whole.unknowns.nominal(i),
                 differential: whole.unknowns.is_differential(i),
             };
-            assert_eq!((named, &labels[i]), (unknown, &whole.equations.at(i)));
+            assert_eq!((named, &labels[i]), (unknown, &whole.equations.get(i)));
         }
         let places: Vec<_> = whole.jacobian.positions().collect();
         assert_eq!(places, [(0, 0), (2, 1), (3, 2), (2, 0), (3, 0)]);

@@ -1,7 +1,7 @@
 //! Sparsity patterns of a model's matrices.
 
 use crate::List;
-use crate::arrays::Run;
+use crate::arrays::PatternRun;
 
 /// The non-zeros of a matrix, each once.
 ///
@@ -14,7 +14,7 @@ pub struct Pattern {
     /// Column of each single non-zero.
     pub columns: List<usize>,
     /// Non-zeros in the rows of families.
-    pub runs: List<Run>,
+    pub runs: List<PatternRun>,
 }
 
 impl Pattern {
@@ -31,7 +31,7 @@ impl Pattern {
     }
 
     /// Single non-zeros at these places (row, column).
-    pub fn of(places: &[(usize, usize)]) -> Self {
+    pub fn from_places(places: &[(usize, usize)]) -> Self {
         Self {
             rows: places.iter().map(|place| place.0).collect(),
             columns: places.iter().map(|place| place.1).collect(),
@@ -52,8 +52,8 @@ impl Pattern {
     /// Positions (row, column) in storage order.
     pub fn positions(&self) -> impl Iterator<Item = (usize, usize)> + '_ {
         let single = self.rows.iter().copied().zip(self.columns.iter().copied());
-        let of_run = |run: &Run| {
-            let Run { row, column, diagonal, count } = *run;
+        let of_run = |run: &PatternRun| {
+            let PatternRun { row, column, diagonal, count } = *run;
             (0..count).map(move |k| (row + k, if diagonal { column + k } else { column }))
         };
         single.chain(self.runs.iter().flat_map(of_run))

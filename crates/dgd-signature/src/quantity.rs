@@ -45,6 +45,16 @@ pub enum Interpolation {
     Linear,
 }
 
+impl Interpolation {
+    /// Its name in the source of a generated model.
+    pub fn ident(self) -> &'static str {
+        match self {
+            Self::Hold => "Hold",
+            Self::Linear => "Linear",
+        }
+    }
+}
+
 /// An input.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Input {

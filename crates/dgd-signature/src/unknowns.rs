@@ -39,7 +39,7 @@ impl Unknowns {
     /// # Panics
     ///
     /// If there are fewer.
-    pub fn at(&self, i: usize) -> Unknown {
+    pub fn get(&self, i: usize) -> Unknown {
         let Some(element) = i.checked_sub(self.single.len()) else {
             return self.single[i].clone();
         };
@@ -73,7 +73,7 @@ impl Unknowns {
     ///
     /// # Panics
     ///
-    /// Like [`Unknowns::at`].
+    /// Like [`Unknowns::get`].
     pub fn name(&self, i: usize) -> Text {
         match i.checked_sub(self.single.len()) {
             None => self.single[i].name.clone(),
@@ -88,7 +88,7 @@ impl Unknowns {
     ///
     /// # Panics
     ///
-    /// Like [`Unknowns::at`].
+    /// Like [`Unknowns::get`].
     pub fn unit(&self, i: usize) -> &Unit {
         match i.checked_sub(self.single.len()) {
             None => &self.single[i].unit,
@@ -100,7 +100,7 @@ impl Unknowns {
     ///
     /// # Panics
     ///
-    /// Like [`Unknowns::at`].
+    /// Like [`Unknowns::get`].
     pub fn nominal(&self, i: usize) -> Option<f64> {
         match i.checked_sub(self.single.len()) {
             None => self.single[i].nominal,
@@ -112,7 +112,7 @@ impl Unknowns {
     ///
     /// # Panics
     ///
-    /// Like [`Unknowns::at`].
+    /// Like [`Unknowns::get`].
     pub fn is_differential(&self, i: usize) -> bool {
         match i.checked_sub(self.single.len()) {
             None => self.single[i].differential,
@@ -191,7 +191,7 @@ impl Labels {
     /// # Panics
     ///
     /// If there are fewer.
-    pub fn at(&self, row: usize) -> Text {
+    pub fn get(&self, row: usize) -> Text {
         let Some(row) = row.checked_sub(self.single.len()) else {
             return self.single[row].clone();
         };

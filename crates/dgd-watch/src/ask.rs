@@ -7,7 +7,7 @@ use serde::Deserialize;
 /// The action to perform.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Deserialize)]
 #[serde(rename_all = "snake_case")]
-pub enum Do {
+pub enum PageAction {
     /// Simulate.
     #[default]
     Run,
@@ -24,10 +24,10 @@ pub enum Do {
 /// A request of a page, with all its choices.
 #[derive(Debug, Clone, Default, PartialEq, Deserialize)]
 #[serde(default, deny_unknown_fields)]
-pub struct Ask {
+pub struct PageRequest {
     /// The action to perform.
     #[serde(rename = "do")]
-    pub act: Do,
+    pub act: PageAction,
     /// Choices of variants.
     pub variant: BTreeMap<String, String>,
     /// Applied effects.
@@ -40,13 +40,13 @@ pub struct Ask {
     pub have: BTreeSet<String>,
 }
 
-impl Ask {
+impl PageRequest {
     /// Parses a request.
     ///
     /// # Errors
     ///
     /// A message about what is wrong with it.
-    pub fn read(text: &[u8]) -> Result<Ask, String> {
+    pub fn read(text: &[u8]) -> Result<PageRequest, String> {
         serde_json::from_slice(text).map_err(|error| error.to_string())
     }
 }
@@ -57,12 +57,13 @@ mod tests {
 
     #[test]
     fn what_is_left_out_is_as_the_model_has_it_and_what_is_unknown_is_refused() {
-        let ask = Ask::read(br#"{"do":"keep","values":{"c0":2.5},"variant":{"flow":"static"}}"#);
+        let ask =
+            PageRequest::read(br#"{"do":"keep","values":{"c0":2.5},"variant":{"flow":"static"}}"#);
         let ask = ask.expect("an ask");
-        assert_eq!((ask.act, ask.values["c0"]), (Do::Keep, 2.5));
-        assert_eq!(Ask::read(b"{}").expect("an ask"), Ask::default());
+        assert_eq!((ask.act, ask.values["c0"]), (PageAction::Keep, 2.5));
+        assert_eq!(PageRequest::read(b"{}").expect("an ask"), PageRequest::default());
         for wrong in [&b"{\"write\":1}"[..], b"{\"do\":\"shell\"}", b"{\"values\":{\"a\":\"b\"}}"] {
-            assert!(Ask::read(wrong).is_err());
+            assert!(PageRequest::read(wrong).is_err());
         }
     }
 }

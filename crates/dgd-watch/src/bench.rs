@@ -7,8 +7,8 @@ use std::sync::{Mutex, PoisonError};
 
 use dgd_data::FileSystem;
 use dgd_data::open::read_text;
-use dgd_identify::{Progress, Watch};
-use dgd_runtime::Watched;
+use dgd_identify::{Monitor, Progress};
+use dgd_runtime::RunMonitor;
 use dgd_runtime::signature::number::with_unit;
 use dgd_work::check::Description;
 use dgd_work::{
@@ -18,10 +18,10 @@ use dgd_work::{
 use serde_json::{Value, json};
 
 use crate::answer::{controls, of_error, run};
-use crate::ask::{Ask, Do};
-use crate::figures::{Charts, Kept, of_run, of_sensitivities};
-use crate::stop::Stop;
-use crate::values::Values;
+use crate::ask::{PageAction, PageRequest};
+use crate::figures::{KeptCurves, SectionCharts, of_run, of_sensitivities};
+use crate::stop::StopHandle;
+use crate::values::ParameterValues;
 
 /// Number of models that stay compiled: a page switches between a few choices.
 const MOST_READY: usize = 4;
@@ -30,11 +30,11 @@ const MOST_READY: usize = 4;
 const MOST_KEPT: usize = 4;
 
 /// The choices of a compiled model: variants and effects.
-type Chosen = (BTreeMap<String, String>, Vec<String>);
+type ModelSelection = (BTreeMap<String, String>, Vec<String>);
 
 /// A compiled model.
-struct Ready {
-    chosen: Chosen,
+struct ReadyModel {
+    chosen: ModelSelection,
     /// The text of the model when it was read.
     text: String,
     /// Parameters whose values are in the text.
@@ -45,27 +45,27 @@ struct Ready {
 }
 
 /// A model for interactive use.
-pub struct Bench {
+pub struct ModelBench {
     request: RunRequest,
-    ready: Vec<Ready>,
+    ready: Vec<ReadyModel>,
     /// Files read for a model with errors.
     broken: Vec<PathBuf>,
-    kept: Vec<Kept>,
+    kept: Vec<KeptCurves>,
     /// Number of curves kept so far.
     count: u32,
-    stop: Stop,
+    stop: StopHandle,
 }
 
-impl Bench {
+impl ModelBench {
     /// A bench for this run, whose choices and settings are the initial ones of a page.
-    pub fn new(request: RunRequest) -> Bench {
-        Bench {
+    pub fn new(request: RunRequest) -> ModelBench {
+        ModelBench {
             request,
             ready: Vec::new(),
             broken: Vec::new(),
             kept: Vec::new(),
             count: 0,
-            stop: Stop::default(),
+            stop: StopHandle::default(),
         }
     }
 
@@ -103,52 +103,56 @@ impl Bench {
     }
 
     /// A handle to stop the current answer.
-    pub fn stop(&self) -> Stop {
+    pub fn stop(&self) -> StopHandle {
         self.stop
     }
 
     /// The answer to a page, as JSON, from the current files; a stopped answer says that it is superseded.
-    pub fn answer(&mut self, ask: &Ask, files: &dyn FileSystem) -> String {
-        let ear = Ear { stop: self.stop, remarks: Mutex::new(Vec::new()) };
+    pub fn answer(&mut self, ask: &PageRequest, files: &dyn FileSystem) -> String {
+        let ear = RemarkListener { stop: self.stop, remarks: Mutex::new(Vec::new()) };
         let session = Session::new(&ear).with_files(files);
         let answered = match ask.act {
-            Do::Run => self.run(ask, session),
-            Do::Sensitivities => self.sensitivities(ask, session),
-            Do::Keep => self.keep(ask, session),
-            Do::Drop => Ok(self.release(&ask.kept)),
-            Do::Fit => self.fit(ask, session),
+            PageAction::Run => self.run(ask, session),
+            PageAction::Sensitivities => self.sensitivities(ask, session),
+            PageAction::Keep => self.keep(ask, session),
+            PageAction::Drop => Ok(self.release(&ask.kept)),
+            PageAction::Fit => self.fit(ask, session),
         };
         if self.stop.is_asked() {
             return json!({ "ok": false, "overtaken": true }).to_string();
         }
-        let answered = answered.unwrap_or_else(|error| Answer::new(of_error(&error)));
+        let answered = answered.unwrap_or_else(|error| ChartedAnswer::new(of_error(&error)));
         let remarks = ear.remarks.into_inner().unwrap_or_else(PoisonError::into_inner);
         answered.to_json(&remarks)
     }
 
-    fn run(&mut self, ask: &Ask, session: Session<'_>) -> Result<Answer, WorkError> {
+    fn run(&mut self, ask: &PageRequest, session: Session<'_>) -> Result<ChartedAnswer, WorkError> {
         let simulated = self.simulate(ask, session)?;
         let ready = self.ready(ask, session)?;
-        let Ready { text, written, effects, prepared, .. } = &self.ready[ready];
+        let ReadyModel { text, written, effects, prepared, .. } = &self.ready[ready];
         let controls = controls(&prepared.description, effects, &ask.apply, written);
-        let kept: Vec<&Kept> =
+        let kept: Vec<&KeptCurves> =
             self.kept.iter().filter(|kept| ask.kept.contains(&kept.number)).collect();
         let charts = of_run(&simulated, &kept, &ask.have);
         let mut answer = run(&simulated);
         answer["ok"] = json!(true);
         answer["digest"] = json!(digest(text));
         answer["controls"] = controls;
-        Ok(Answer { all: answer, charts: Some(charts) })
+        Ok(ChartedAnswer { all: answer, charts: Some(charts) })
     }
 
-    fn sensitivities(&self, ask: &Ask, session: Session<'_>) -> Result<Answer, WorkError> {
+    fn sensitivities(
+        &self,
+        ask: &PageRequest,
+        session: Session<'_>,
+    ) -> Result<ChartedAnswer, WorkError> {
         let Some(description) = self.described(ask) else {
-            return Ok(Answer::new(json!({ "ok": true, "markup": "" })));
+            return Ok(ChartedAnswer::new(json!({ "ok": true, "markup": "" })));
         };
         let free = description.parameters.iter().filter(|parameter| !parameter.fixed);
         let directions: Vec<String> = free.map(|parameter| parameter.name.clone()).collect();
         if directions.is_empty() || description.outputs.is_empty() {
-            return Ok(Answer::new(json!({ "ok": true, "markup": "" })));
+            return Ok(ChartedAnswer::new(json!({ "ok": true, "markup": "" })));
         }
         let mut run = self.request_of(ask);
         run.choices.set.extend(self.settings(ask));
@@ -160,10 +164,14 @@ impl Bench {
         request.of = single.map(|output| output.name.clone()).collect();
         let sensitivities = sensitivity(&request, session)?;
         let charts = of_sensitivities(&sensitivities, &units, &ask.have);
-        Ok(Answer { all: json!({ "ok": true }), charts: Some(charts) })
+        Ok(ChartedAnswer { all: json!({ "ok": true }), charts: Some(charts) })
     }
 
-    fn keep(&mut self, ask: &Ask, session: Session<'_>) -> Result<Answer, WorkError> {
+    fn keep(
+        &mut self,
+        ask: &PageRequest,
+        session: Session<'_>,
+    ) -> Result<ChartedAnswer, WorkError> {
         if self.kept.len() == MOST_KEPT {
             return Err(WorkError::Usage(format!(
                 "{MOST_KEPT} sets are kept; let go of one to keep another"
@@ -172,19 +180,19 @@ impl Bench {
         let figures = self.simulate(ask, session)?.figures();
         self.count += 1;
         let what = self.in_words(ask);
-        self.kept.push(Kept { number: self.count, what: what.clone(), figures });
+        self.kept.push(KeptCurves { number: self.count, what: what.clone(), figures });
         let kept = json!({ "number": self.count, "what": what });
-        Ok(Answer::new(json!({ "ok": true, "kept": kept })))
+        Ok(ChartedAnswer::new(json!({ "ok": true, "kept": kept })))
     }
 
-    fn release(&mut self, numbers: &[u32]) -> Answer {
+    fn release(&mut self, numbers: &[u32]) -> ChartedAnswer {
         self.kept.retain(|kept| !numbers.contains(&kept.number));
         let kept = self.kept.iter();
         let kept = kept.map(|kept| json!({ "number": kept.number, "what": kept.what }));
-        Answer::new(json!({ "ok": true, "left": kept.collect::<Vec<_>>() }))
+        ChartedAnswer::new(json!({ "ok": true, "left": kept.collect::<Vec<_>>() }))
     }
 
-    fn fit(&mut self, ask: &Ask, session: Session<'_>) -> Result<Answer, WorkError> {
+    fn fit(&mut self, ask: &PageRequest, session: Session<'_>) -> Result<ChartedAnswer, WorkError> {
         self.ready(ask, session)?;
         let run = self.request_of(ask);
         let Some(data) = run.data else {
@@ -197,17 +205,21 @@ impl Bench {
         let fitted = fit(&request, session)?;
         let values = &fitted.result().parameters;
         let text = fitted.to_text();
-        Ok(Answer::new(json!({ "ok": true, "parameters": values, "text": text })))
+        Ok(ChartedAnswer::new(json!({ "ok": true, "parameters": values, "text": text })))
     }
 
-    fn simulate(&mut self, ask: &Ask, session: Session<'_>) -> Result<Simulated, WorkError> {
+    fn simulate(
+        &mut self,
+        ask: &PageRequest,
+        session: Session<'_>,
+    ) -> Result<Simulated, WorkError> {
         let position = self.ready(ask, session)?;
         let values = self.known_values(ask);
         self.ready[position].prepared.simulate(&values)
     }
 
     /// The values of parameters that the model has: a page may still send those of an earlier text.
-    fn known_values<'a>(&self, ask: &'a Ask) -> Vec<(&'a str, f64)> {
+    fn known_values<'a>(&self, ask: &'a PageRequest) -> Vec<(&'a str, f64)> {
         let parameters = self.described(ask).map_or(&[][..], |found| &found.parameters);
         let is_known = |name: &str| parameters.iter().any(|parameter| parameter.name == name);
         let values = ask.values.iter().map(|(name, value)| (name.as_str(), *value));
@@ -215,13 +227,13 @@ impl Bench {
     }
 
     /// [`Self::known_values`] in command-line form.
-    fn settings(&self, ask: &Ask) -> Vec<String> {
+    fn settings(&self, ask: &PageRequest) -> Vec<String> {
         let values = self.known_values(ask).into_iter();
         values.map(|(name, value)| format!("{name}={value:?}")).collect()
     }
 
     /// The position of the compiled model with these choices, compiled if necessary.
-    fn ready(&mut self, ask: &Ask, session: Session<'_>) -> Result<usize, WorkError> {
+    fn ready(&mut self, ask: &PageRequest, session: Session<'_>) -> Result<usize, WorkError> {
         let chosen = chosen_by(ask);
         if let Some(at) = self.ready.iter().position(|ready| ready.chosen == chosen) {
             return Ok(at);
@@ -238,21 +250,22 @@ impl Bench {
         if self.ready.len() == MOST_READY {
             self.ready.remove(0);
         }
-        let written = Values::of(&text, &ask.variant).names().map(str::to_owned).collect();
+        let written =
+            ParameterValues::read(&text, &ask.variant).names().map(str::to_owned).collect();
         let model = &prepared.description.model;
         let effects = applicable(session.files, &self.request.model, model);
-        self.ready.push(Ready { chosen, text, written, effects, prepared });
+        self.ready.push(ReadyModel { chosen, text, written, effects, prepared });
         Ok(self.ready.len() - 1)
     }
 
     /// The description of the model with these choices, if it is compiled.
-    fn described(&self, ask: &Ask) -> Option<&Description> {
+    fn described(&self, ask: &PageRequest) -> Option<&Description> {
         let ready = self.ready.iter().find(|ready| ready.chosen == chosen_by(ask))?;
         Some(&ready.prepared.description)
     }
 
     /// The run with these choices, without the values of sliders.
-    fn request_of(&self, ask: &Ask) -> RunRequest {
+    fn request_of(&self, ask: &PageRequest) -> RunRequest {
         let mut request = self.request.clone();
         let variant = ask.variant.iter().map(|(name, choice)| format!("{name}={choice}"));
         request.choices.variant = variant.collect();
@@ -261,7 +274,7 @@ impl Bench {
     }
 
     /// Choices and settings in one line.
-    fn in_words(&self, ask: &Ask) -> String {
+    fn in_words(&self, ask: &PageRequest) -> String {
         let parameters = self.described(ask).map(|description| &*description.parameters);
         let value = |(name, value): (&String, &f64)| {
             let declared = parameters.and_then(|all| all.iter().find(|one| one.name == *name));
@@ -283,19 +296,19 @@ pub(crate) fn digest(text: &str) -> String {
     format!("{:016x}", hasher.finish())
 }
 
-fn chosen_by(ask: &Ask) -> Chosen {
+fn chosen_by(ask: &PageRequest) -> ModelSelection {
     (ask.variant.clone(), ask.apply.clone())
 }
 
 /// An answer, with charts kept separate, since their numbers are already text.
-struct Answer {
+struct ChartedAnswer {
     all: Value,
-    charts: Option<Charts>,
+    charts: Option<SectionCharts>,
 }
 
-impl Answer {
-    fn new(all: Value) -> Answer {
-        Answer { all, charts: None }
+impl ChartedAnswer {
+    fn new(all: Value) -> ChartedAnswer {
+        ChartedAnswer { all, charts: None }
     }
 
     fn to_json(&self, remarks: &[String]) -> String {
@@ -311,24 +324,24 @@ impl Answer {
 
 /// Receives remarks, and stops superseded work.
 #[derive(Debug)]
-struct Ear {
-    stop: Stop,
+struct RemarkListener {
+    stop: StopHandle,
     remarks: Mutex<Vec<String>>,
 }
 
-impl Watch for Ear {
+impl Monitor for RemarkListener {
     fn advanced(&self, _: Progress) {}
 
     fn is_stopped(&self) -> bool {
         self.stop.is_asked()
     }
 
-    fn watched(&self) -> Option<&'static Watched> {
+    fn watched(&self) -> Option<&'static RunMonitor> {
         Some(self.stop.watched())
     }
 }
 
-impl Listener for Ear {
+impl Listener for RemarkListener {
     fn remark(&self, remark: Remark<'_>) {
         let words = match remark {
             Remark::Words(words) => words.to_owned(),

@@ -6,11 +6,11 @@
 //!                                          └─ Prepared of dgd-work: compiled and read once, run again and again
 //! ```
 //!
-//! The page sends requests and stores the choices; the [`Bench`] only stores kept curves and results that are expensive
+//! The page sends requests and stores the choices; the [`ModelBench`] only stores kept curves and results that are expensive
 //! to recompute. So the same page and answers serve `dgd watch`, where the feature `server` transports them by HTTP on
 //! the local machine, and the playground, where a web worker answers.
 //!
-//! A page can write only one thing: values of parameters into the text of the opened model ([`Values`]).
+//! A page can write only one thing: values of parameters into the text of the opened model ([`ParameterValues`]).
 
 mod answer;
 mod ask;
@@ -24,10 +24,10 @@ mod tests;
 mod values;
 
 pub use answer::of_error;
-pub use ask::{Ask, Do};
-pub use bench::Bench;
-pub use stop::Stop;
-pub use values::{CannotWrite, Values};
+pub use ask::{PageAction, PageRequest};
+pub use bench::ModelBench;
+pub use stop::StopHandle;
+pub use values::{CannotWrite, ParameterValues};
 
 /// The files of the page, by name, with their contents.
 pub fn assets() -> Vec<(&'static str, String)> {

@@ -1,21 +1,21 @@
 //! Stops a run whose result is no longer needed.
 
-use dgd_runtime::Watched;
+use dgd_runtime::RunMonitor;
 
-/// Stops the work of a [`Bench`](crate::Bench), from any thread, before its next step.
+/// Stops the work of a [`ModelBench`](crate::ModelBench), from any thread, before its next step.
 #[derive(Debug, Clone, Copy)]
-pub struct Stop {
-    watched: &'static Watched,
+pub struct StopHandle {
+    watched: &'static RunMonitor,
 }
 
-impl Default for Stop {
+impl Default for StopHandle {
     /// Allocates for the lifetime of the program, since runs read it without a lock.
     fn default() -> Self {
-        Stop { watched: Box::leak(Box::default()) }
+        StopHandle { watched: Box::leak(Box::default()) }
     }
 }
 
-impl Stop {
+impl StopHandle {
     /// Requests a stop.
     pub fn stop(&self) {
         self.watched.stop();
@@ -32,7 +32,7 @@ impl Stop {
     }
 
     /// The state that runs check.
-    pub(crate) fn watched(self) -> &'static Watched {
+    pub(crate) fn watched(self) -> &'static RunMonitor {
         self.watched
     }
 }

@@ -6,7 +6,7 @@ use dgd_data::InMemory;
 use dgd_work::RunRequest;
 use serde_json::{Value, json};
 
-use crate::{Ask, Bench};
+use crate::{ModelBench, PageRequest};
 
 const MODEL: &str = "model cooling\n\
     parameter tau [min] = 2 in 0.1 .. 100, log  /// time constant\n\
@@ -18,18 +18,18 @@ const EFFECT: &str = "/// Heated.\neffect heat on cooling\nkind plant\n\
     parameter P [K] = 1\nnull P = 0\nadd P to cooling\n";
 const DATA: &str = "time [s],T [K]\n0,80.1\n50,53.2\n100,36.1\n200,16.0\n300,7.1\n";
 
-fn bench() -> (Bench, InMemory) {
+fn bench() -> (ModelBench, InMemory) {
     let files = InMemory::default()
-        .with("cooling.dgd", MODEL)
-        .with("effects/heat.dgd", EFFECT)
-        .with("cup.csv", DATA);
+        .with_file("cooling.dgd", MODEL)
+        .with_file("effects/heat.dgd", EFFECT)
+        .with_file("cup.csv", DATA);
     let mut request = RunRequest::new("cooling.dgd");
     request.data = Some("cup.csv".into());
-    (Bench::new(request), files)
+    (ModelBench::new(request), files)
 }
 
-fn asked(bench: &mut Bench, files: &InMemory, ask: &str) -> Value {
-    let ask = Ask::read(ask.as_bytes()).expect("an ask");
+fn asked(bench: &mut ModelBench, files: &InMemory, ask: &str) -> Value {
+    let ask = PageRequest::read(ask.as_bytes()).expect("an ask");
     let answer = bench.answer(&ask, files);
     serde_json::from_str(&answer).expect("JSON")
 }
@@ -84,7 +84,7 @@ fn kept_curves_stay_beside_what_follows_until_they_are_let_go() {
     let residuals = &answer["charts"]["figures"][1]["panels"][0]["series"];
     assert_eq!(residuals.as_array().map(Vec::len), Some(2));
     // They are unchanged, although the file has changed.
-    let files = files.with("cooling.dgd", MODEL.replace("= 80", "= 40"));
+    let files = files.with_file("cooling.dgd", MODEL.replace("= 80", "= 40"));
     bench.forget();
     let answer = asked(&mut bench, &files, r#"{"kept":[1]}"#);
     assert!((last(&answer, 0) - 3.283_4).abs() < 1e-3);
@@ -117,7 +117,7 @@ fn sensitivities_are_scaled_and_columns_are_sent_once() {
 #[test]
 fn mistakes_have_places_and_the_text_around_them() {
     let (mut bench, files) = bench();
-    let files = files.with("cooling.dgd", MODEL.replace("-T }", "-S }"));
+    let files = files.with_file("cooling.dgd", MODEL.replace("-T }", "-S }"));
     let answer = asked(&mut bench, &files, "{}");
     let mistake = &answer["mistakes"][0];
     assert_eq!((&mistake["code"], &mistake["places"][0]["line"]), (&json!("E201"), &json!(6)));
@@ -125,7 +125,7 @@ fn mistakes_have_places_and_the_text_around_them() {
     // The value of a parameter that no longer exists is ignored, one beyond the bounds is refused.
     let answer = asked(&mut bench, &files, r#"{"values":{"gone":1}}"#);
     assert_eq!(answer["mistakes"][0]["code"], json!("E201"));
-    let files = files.with("cooling.dgd", MODEL);
+    let files = files.with_file("cooling.dgd", MODEL);
     for act in ["run", "sensitivities", "fit"] {
         let ask = format!("{{\"do\":\"{act}\",\"values\":{{\"gone\":1}}}}");
         assert_eq!(asked(&mut bench, &files, &ask)["ok"], json!(true), "{act}");
@@ -146,10 +146,10 @@ fn a_fit_gives_values_for_the_sliders() {
 fn what_is_overtaken_says_so() {
     let (mut bench, files) = bench();
     bench.stop().stop();
-    let answer = bench.answer(&Ask::default(), &files);
+    let answer = bench.answer(&PageRequest::default(), &files);
     assert_eq!(answer, r#"{"ok":false,"overtaken":true}"#);
     bench.stop().reset();
-    assert_ne!(bench.answer(&Ask::default(), &files), answer);
+    assert_ne!(bench.answer(&PageRequest::default(), &files), answer);
     assert_eq!(bench.first()["file"], json!("cooling.dgd"));
     assert_eq!(bench.files(), [PathBuf::from("cooling.dgd"), "cup.csv".into()]);
 }
@@ -157,14 +157,14 @@ fn what_is_overtaken_says_so() {
 #[test]
 fn a_run_that_takes_hours_is_stopped_before_its_next_step() {
     let model = "model hours\nconstant w [1/s] = 1\nstate x = 1\nstate v = 0\nequation a: der(x) = v*w\nequation b: der(v) = -x*w\noutput x\n";
-    let files = InMemory::default().with("hours.dgd", model);
+    let files = InMemory::default().with_file("hours.dgd", model);
     let mut request = RunRequest::new("hours.dgd");
     request.solve.until = Some(1e9);
     request.every = Some(1e8);
-    let mut bench = Bench::new(request);
+    let mut bench = ModelBench::new(request);
     let stop = bench.stop();
     let answer = std::thread::scope(|scope| {
-        let answered = scope.spawn(|| bench.answer(&Ask::default(), &files));
+        let answered = scope.spawn(|| bench.answer(&PageRequest::default(), &files));
         std::thread::sleep(std::time::Duration::from_millis(20));
         assert!(!answered.is_finished(), "it takes long");
         stop.stop();

@@ -5,26 +5,28 @@ use std::error::Error;
 use std::fmt;
 
 use dgd_compiler::diagnostics::Diagnostics;
-use dgd_compiler::source::{Source, Sources, Span};
-use dgd_compiler::syntax::ast::{ArrayKind, Ast, Axis, Choice, Expr, ExprKind, Item, ItemKind};
+use dgd_compiler::source::{SourceMap, SourceText, Span};
+use dgd_compiler::syntax::ast::{
+    ArrayAxis, ArrayKind, Ast, Expr, ExprKind, Item, ItemKind, VariantChoice,
+};
 use dgd_compiler::syntax::parse;
 
 /// The values of a text's parameters.
 #[derive(Debug)]
-pub struct Values {
+pub struct ParameterValues {
     text: String,
     /// The span of each value.
     places: BTreeMap<String, Span>,
 }
 
-impl Values {
+impl ParameterValues {
     /// The values in the text of a model with these choices of variants; empty for a text with errors.
-    pub fn of(text: &str, variant: &BTreeMap<String, String>) -> Values {
+    pub fn read(text: &str, variant: &BTreeMap<String, String>) -> ParameterValues {
         let mut places = BTreeMap::new();
         if let Some(ast) = parsed(text) {
             collect(&ast.items, variant, &mut places);
         }
-        Values { text: text.to_owned(), places }
+        ParameterValues { text: text.to_owned(), places }
     }
 
     /// The parameters whose values are in the text.
@@ -38,7 +40,7 @@ impl Values {
     /// # Errors
     ///
     /// [`CannotWrite`]; nothing is changed.
-    pub fn with(&self, values: &BTreeMap<String, f64>) -> Result<String, CannotWrite> {
+    pub fn write(&self, values: &BTreeMap<String, f64>) -> Result<String, CannotWrite> {
         let mut edits = Vec::new();
         for (name, value) in values {
             let Some(span) = self.places.get(name) else {
@@ -86,8 +88,8 @@ impl fmt::Display for CannotWrite {
 impl Error for CannotWrite {}
 
 fn parsed(text: &str) -> Option<Ast> {
-    let (mut sources, mut diagnostics) = (Sources::default(), Diagnostics::default());
-    let source = Source { name: String::new(), text: text.to_owned() };
+    let (mut sources, mut diagnostics) = (SourceMap::default(), Diagnostics::default());
+    let source = SourceText { name: String::new(), text: text.to_owned() };
     let id = sources.add(source);
     parse(id, &sources, &mut diagnostics).ok()
 }
@@ -111,7 +113,8 @@ fn collect(
             } => of_list(&name.text, axes, value, places),
             ItemKind::Variant { name, choices } => {
                 let wanted = variant.get(&name.text);
-                let is_chosen = |choice: &&Choice| wanted.is_some_and(|w| *w == choice.name.text);
+                let is_chosen =
+                    |choice: &&VariantChoice| wanted.is_some_and(|w| *w == choice.name.text);
                 let chosen = choices.iter().find(is_chosen).or(choices.first());
                 collect(chosen.map_or(&[], |choice| &choice.items), variant, places);
             }
@@ -121,7 +124,7 @@ fn collect(
 }
 
 /// The values of an array's elements, where each has its own and the first index is a number.
-fn of_list(name: &str, axes: &[Axis], value: &Expr, places: &mut BTreeMap<String, Span>) {
+fn of_list(name: &str, axes: &[ArrayAxis], value: &Expr, places: &mut BTreeMap<String, Span>) {
     let Some((axis, inner)) = axes.split_first() else {
         places.insert(name.to_owned(), value.span);
         return;
@@ -176,46 +179,53 @@ mod tests {
 
     #[test]
     fn values_change_and_all_else_stays_where_it_is() {
-        let own = Values::of(TEXT, &BTreeMap::new());
+        let own = ParameterValues::read(TEXT, &BTreeMap::new());
         assert_eq!(own.names().collect::<Vec<_>>(), ["A", "K", "k"]);
-        let changed = own.with(&values(&[("A", 1.25), ("k", 1.5e-7), ("K", -0.0625)]));
+        let changed = own.write(&values(&[("A", 1.25), ("k", 1.5e-7), ("K", -0.0625)]));
         let expected = TEXT
             .replace("= 2         in", "= 1.25      in")
             .replace("= 2 * 0.05  in", "= 1.5e-7    in")
             .replace("K = 1e-3", "K = -0.0625");
         assert_eq!(changed, Ok(expected));
-        assert_eq!(own.with(&BTreeMap::new()).as_deref(), Ok(TEXT));
+        assert_eq!(own.write(&BTreeMap::new()).as_deref(), Ok(TEXT));
         // The value of the chosen alternative.
-        let free = Values::of(TEXT, &BTreeMap::from([("flow".to_owned(), "free".to_owned())]));
-        assert_eq!(free.with(&values(&[("K", 6.0)])), Ok(TEXT.replace("K = 5", "K = 6")));
+        let free =
+            ParameterValues::read(TEXT, &BTreeMap::from([("flow".to_owned(), "free".to_owned())]));
+        assert_eq!(free.write(&values(&[("K", 6.0)])), Ok(TEXT.replace("K = 5", "K = 6")));
     }
 
     #[test]
     fn elements_change_where_each_has_a_value() {
         let text = "model m\nparameter k[0..1] = (2, 3)\nparameter r[1..2] = 5\n\
                     parameter a[1..2][1..2] = ((1, 2), 7)\n";
-        let own = Values::of(text, &BTreeMap::new());
+        let own = ParameterValues::read(text, &BTreeMap::new());
         assert_eq!(own.names().collect::<Vec<_>>(), ["a[1][1]", "a[1][2]", "k[0]", "k[1]"]);
-        let changed = own.with(&values(&[("k[1]", 4.0), ("a[1][2]", 9.0)]));
+        let changed = own.write(&values(&[("k[1]", 4.0), ("a[1][2]", 9.0)]));
         assert_eq!(changed, Ok(text.replace("(2, 3)", "(2, 4)").replace("(1, 2)", "(1, 9)")));
-        assert_eq!(own.with(&values(&[("r[1]", 4.0)])), Err(CannotWrite::Elsewhere("r[1]".into())));
+        assert_eq!(
+            own.write(&values(&[("r[1]", 4.0)])),
+            Err(CannotWrite::Elsewhere("r[1]".into()))
+        );
     }
 
     #[test]
     fn a_long_value_takes_the_room_there_is() {
-        let own = Values::of(TEXT, &BTreeMap::new());
-        let changed = own.with(&values(&[("k", 0.123_456_789_012_345)])).expect("it is there");
+        let own = ParameterValues::read(TEXT, &BTreeMap::new());
+        let changed = own.write(&values(&[("k", 0.123_456_789_012_345)])).expect("it is there");
         assert!(changed.contains("= 0.123456789012345 in 0 ..        # twice"), "{changed}");
     }
 
     #[test]
     fn what_stands_elsewhere_or_is_no_number_is_refused() {
-        let own = Values::of(TEXT, &BTreeMap::new());
-        let refused = own.with(&values(&[("A", 1.0), ("F_b", 2.0)]));
+        let own = ParameterValues::read(TEXT, &BTreeMap::new());
+        let refused = own.write(&values(&[("A", 1.0), ("F_b", 2.0)]));
         assert_eq!(refused, Err(CannotWrite::Elsewhere("F_b".to_owned())));
-        let refused = own.with(&values(&[("A", f64::NAN)]));
+        let refused = own.write(&values(&[("A", f64::NAN)]));
         assert_eq!(refused, Err(CannotWrite::NotFinite("A".to_owned())));
-        assert_eq!(Values::of("model a\nparameter", &BTreeMap::new()).names().count(), 0);
+        assert_eq!(
+            ParameterValues::read("model a\nparameter", &BTreeMap::new()).names().count(),
+            0
+        );
     }
 
     #[test]

@@ -6,7 +6,7 @@
 use std::path::PathBuf;
 use std::time::Instant;
 
-use dgd_data::{Columns, Disk, InMemory, Layers};
+use dgd_data::{DataColumns, DiskFiles, InMemory, LayeredFiles};
 use dgd_work::{RunRequest, Session, Silent, SimulateRequest, WorkError, simulate};
 
 /// Timed calls.
@@ -19,7 +19,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     };
     let text = std::fs::read_to_string(&data)?;
     let above = InMemory::default().with_columns("columns", columns(&text));
-    let files = Layers { above: &above, below: &Disk };
+    let files = LayeredFiles { above: &above, below: &DiskFiles };
     let session = Session::new(&Silent).with_files(&files);
     for (name, path) in [("file", data.as_str()), ("columns", "columns")] {
         let mut run = RunRequest::new(&model);
@@ -43,7 +43,7 @@ fn least<T>(call: impl Fn() -> Result<T, WorkError>) -> Result<f64, WorkError> {
 }
 
 /// The columns of a CSV text.
-fn columns(text: &str) -> Columns {
+fn columns(text: &str) -> DataColumns {
     let mut lines = text.lines().filter(|line| !line.starts_with('#'));
     let headers = lines.next().unwrap_or_default().split(',');
     let mut columns: Vec<(String, Vec<f64>)> =
@@ -53,5 +53,5 @@ fn columns(text: &str) -> Columns {
             values.push(cell.parse().unwrap_or(f64::NAN));
         }
     }
-    Columns { all: columns }
+    DataColumns { all: columns }
 }

@@ -4,7 +4,7 @@ use std::error::Error;
 use std::fmt;
 
 use dgd_compiler::diagnostics::{Diagnostic, Diagnostics, render, suggestion};
-use dgd_compiler::source::Sources;
+use dgd_compiler::source::SourceMap;
 use serde::Serialize;
 use serde_json::{Value, json};
 
@@ -17,7 +17,7 @@ pub enum WorkError {
         /// The mistakes.
         diagnostics: Vec<Diagnostic>,
         /// Where they are.
-        sources: Sources,
+        sources: SourceMap,
     },
     /// A file cannot be read or written, or does not hold the requested content.
     Found(String),
@@ -100,9 +100,9 @@ pub struct Spot {
 
 impl Mistake {
     /// A diagnostic for programs.
-    pub fn of(diagnostic: &Diagnostic, sources: &Sources) -> Self {
+    pub fn of(diagnostic: &Diagnostic, sources: &SourceMap) -> Self {
         let entry = render::entry(diagnostic, sources);
-        let spot = |place: render::Location| Spot {
+        let spot = |place: render::EditorLocation| Spot {
             file: place.file,
             line: place.line,
             column: place.column,
@@ -121,7 +121,7 @@ impl Mistake {
 
 impl WorkError {
     /// The diagnostics so far.
-    pub fn diagnosed(diagnostics: &Diagnostics, sources: Sources) -> Self {
+    pub fn diagnosed(diagnostics: &Diagnostics, sources: SourceMap) -> Self {
         let diagnostics = diagnostics.sorted().into_iter().cloned().collect();
         WorkError::Diagnosed { diagnostics, sources }
     }
@@ -169,7 +169,9 @@ impl fmt::Display for WorkError {
         match self {
             WorkError::Diagnosed { diagnostics, sources } => {
                 let collected: Vec<&Diagnostic> = diagnostics.iter().collect();
-                f.write_str(render::render(&collected, sources, render::Style::Plain).trim_end())
+                f.write_str(
+                    render::render(&collected, sources, render::RenderStyle::Plain).trim_end(),
+                )
             }
             WorkError::Found(message)
             | WorkError::Usage(message)

@@ -3,17 +3,17 @@
 use std::sync::Mutex;
 
 use dgd_compiler::diagnostics::{Diagnostic, render};
-use dgd_compiler::source::Sources;
-use dgd_data::{Disk, FileSystem};
-use dgd_identify::{Of, Progress, Watch};
+use dgd_compiler::source::SourceMap;
+use dgd_data::{DiskFiles, FileSystem};
+use dgd_identify::{Monitor, Progress, Total};
 
 use crate::error::WorkError;
 
 /// Receives remarks and progress of a task, and may cancel it.
 ///
-/// Remarks are notes in addition to the result. [`Watch`] receives the progress of long computations and stops them at
+/// Remarks are notes in addition to the result. [`Monitor`] receives the progress of long computations and stops them at
 /// their best so far.
-pub trait Listener: Watch {
+pub trait Listener: Monitor {
     /// Receives a remark as soon as it arises.
     fn remark(&self, remark: Remark<'_>);
 
@@ -32,7 +32,7 @@ pub trait Listener: Watch {
     /// # Errors
     ///
     /// The reason not to continue, such as a result that would replace one of these files.
-    fn has_read(&self, _sources: &Sources) -> Result<(), WorkError> {
+    fn has_read(&self, _sources: &SourceMap) -> Result<(), WorkError> {
         Ok(())
     }
 
@@ -50,7 +50,7 @@ pub enum Remark<'a> {
     /// A sentence.
     Words(&'a str),
     /// A diagnostic that is not a mistake, and the sources that its spans refer to.
-    Diagnostic(&'a Diagnostic, &'a Sources),
+    Diagnostic(&'a Diagnostic, &'a SourceMap),
 }
 
 impl Remark<'_> {
@@ -59,7 +59,7 @@ impl Remark<'_> {
         match self {
             Remark::Words(words) => (*words).to_owned(),
             Remark::Diagnostic(diagnostic, sources) => {
-                let text = render::render_note(diagnostic, sources, render::Style::Plain);
+                let text = render::render_note(diagnostic, sources, render::RenderStyle::Plain);
                 text.trim_end().to_owned()
             }
         }
@@ -70,7 +70,7 @@ impl Remark<'_> {
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct Silent;
 
-impl Watch for Silent {
+impl Monitor for Silent {
     fn advanced(&self, _progress: Progress) {}
 
     fn is_stopped(&self) -> bool {
@@ -99,7 +99,7 @@ impl Remarks {
     }
 }
 
-impl Watch for Remarks {
+impl Monitor for Remarks {
     fn advanced(&self, _progress: Progress) {}
 
     fn is_stopped(&self) -> bool {
@@ -133,7 +133,7 @@ impl<'a> Session<'a> {
     /// Seed 0, all processors, files on disk, and this listener.
     pub fn new(listener: &'a dyn Listener) -> Self {
         let threads = std::thread::available_parallelism().map_or(1, std::num::NonZero::get);
-        Session { seed: 0, threads, listener, files: &Disk }
+        Session { seed: 0, threads, listener, files: &DiskFiles }
     }
 
     /// The same session with another seed.
@@ -160,12 +160,12 @@ impl<'a> Session<'a> {
     }
 
     /// Reports progress.
-    pub(crate) fn advanced(self, what: &'static str, done: usize, of: Of) {
+    pub(crate) fn advanced(self, what: &'static str, done: usize, of: Total) {
         self.listener.advanced(Progress { what, done, of });
     }
 
     /// Sends a diagnostic that is not a mistake.
-    pub fn note(self, diagnostic: &Diagnostic, sources: &Sources) {
+    pub fn note(self, diagnostic: &Diagnostic, sources: &SourceMap) {
         self.listener.remark(Remark::Diagnostic(diagnostic, sources));
     }
 
@@ -174,7 +174,7 @@ impl<'a> Session<'a> {
     /// # Errors
     ///
     /// The listener's reason not to continue.
-    pub fn spare(self, sources: &Sources) -> Result<(), WorkError> {
+    pub fn spare(self, sources: &SourceMap) -> Result<(), WorkError> {
         self.listener.has_read(sources)
     }
 }

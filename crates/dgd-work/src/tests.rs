@@ -2,9 +2,9 @@
 
 use std::path::PathBuf;
 
-use dgd_data::{Columns, Disk, FileSystem, InMemory, Layers};
+use dgd_data::{DataColumns, DiskFiles, FileSystem, InMemory, LayeredFiles};
 use dgd_discover::Verdict;
-use dgd_identify::{Progress, Watch};
+use dgd_identify::{Monitor, Progress};
 use serde_json::Value;
 
 use crate::{
@@ -56,11 +56,11 @@ fn inputs() -> String {
 
 fn files() -> InMemory {
     InMemory::default()
-        .with("rig/tank.dgd", MODEL)
-        .with("rig/valves.dgd", LIBRARY)
-        .with("rig/effects/leak.dgd", LEAK)
-        .with("rig/effects/slip.dgd", SLIP)
-        .with("rig/inputs.csv", inputs())
+        .with_file("rig/tank.dgd", MODEL)
+        .with_file("rig/valves.dgd", LIBRARY)
+        .with_file("rig/effects/leak.dgd", LEAK)
+        .with_file("rig/effects/slip.dgd", SLIP)
+        .with_file("rig/inputs.csv", inputs())
 }
 
 /// A recording of a rig with a leak.
@@ -79,7 +79,7 @@ fn recorded(seed: u64) -> Vec<u8> {
 }
 
 fn recordings() -> InMemory {
-    files().with("rig/monday.csv", recorded(1)).with("rig/tuesday.csv", recorded(2))
+    files().with_file("rig/monday.csv", recorded(1)).with_file("rig/tuesday.csv", recorded(2))
 }
 
 /// The results of every task on the rig.
@@ -124,7 +124,7 @@ fn texts_give_what_files_give() {
         file.read_to_end(&mut contents).expect("memory can be read");
         std::fs::write(folder.path().join(path), contents).expect("it is writable");
     }
-    for (k, (text, file)) in worked(&texts, "").iter().zip(worked(&Disk, &root)).enumerate() {
+    for (k, (text, file)) in worked(&texts, "").iter().zip(worked(&DiskFiles, &root)).enumerate() {
         assert!(*text == file, "piece of work {k}");
     }
 }
@@ -144,7 +144,7 @@ fn what_is_hidden_in_texts_is_named() {
     assert!(String::from_utf8_lossy(page).contains("<math"), "equations are in the report");
     // The corrected model is a text like any other.
     let corrected =
-        texts.clone().with("rig/corrected.dgd", discovered.discovery.corrected.as_bytes());
+        texts.clone().with_file("rig/corrected.dgd", discovered.discovery.corrected.as_bytes());
     let session = session.with_files(&corrected);
     assert!(check(&CheckRequest::new("rig/corrected.dgd"), session).is_ok());
 }
@@ -173,7 +173,7 @@ fn day(room: &str, seed: u64) -> Vec<u8> {
     let truth = room
         .replace("hold\n", "hold\ninput sun [W/m^2] linear\ninput wind [m/s]\ninput spare\n")
         .replace("P - T", "P + 1.7 [m^2]*sun - T");
-    let files = InMemory::default().with("room.dgd", truth).with("inputs.csv", table);
+    let files = InMemory::default().with_file("room.dgd", truth).with_file("inputs.csv", table);
     let mut run = RunRequest::new("room.dgd");
     run.data = Some("inputs.csv".into());
     run.choices.set = vec!["C=220".to_owned(), "R=18".to_owned()];
@@ -189,9 +189,9 @@ fn day(room: &str, seed: u64) -> Vec<u8> {
 #[test]
 fn a_column_that_the_model_lacks_is_found_where_it_acts() {
     let files = InMemory::default()
-        .with("room.dgd", ROOM)
-        .with("monday.csv", day(ROOM, 1))
-        .with("tuesday.csv", day(ROOM, 2));
+        .with_file("room.dgd", ROOM)
+        .with_file("monday.csv", day(ROOM, 1))
+        .with_file("tuesday.csv", day(ROOM, 2));
     let session = Session::new(&Silent).with_files(&files);
     let mut request = DiscoverRequest::new("room.dgd", vec!["monday.csv".into()]);
     request.valid = vec!["tuesday.csv".into()];
@@ -210,7 +210,7 @@ fn a_column_that_the_model_lacks_is_found_where_it_acts() {
         "{corrected}"
     );
     assert!(!corrected.contains("wind") && !corrected.contains("spare"), "{corrected}");
-    let corrected = files.clone().with("corrected.dgd", corrected.as_bytes());
+    let corrected = files.clone().with_file("corrected.dgd", corrected.as_bytes());
     let session = session.with_files(&corrected);
     assert!(check(&CheckRequest::new("corrected.dgd"), session).is_ok());
     // The digest is that of the original model.
@@ -238,11 +238,11 @@ output v [V] = 3.2 [V] + d + k*s - R*i noise 2 [mV]
 #[test]
 fn a_start_that_is_fixed_stays_in_a_search_as_in_a_fit() {
     let session = Session::new(&Silent);
-    let mut files = InMemory::default().with("cell.dgd", CELL);
+    let mut files = InMemory::default().with_file("cell.dgd", CELL);
     for (name, seed) in [("monday.csv", 1), ("tuesday.csv", 2)] {
         let rows = (0..400).map(|k| format!("{k},{}\n", [10, 0, 20, 5, 15][(k / 20 + seed) % 5]));
-        files =
-            files.with("i.csv", rows.fold("time [min],i [A]\n".to_owned(), |all, row| all + &row));
+        files = files
+            .with_file("i.csv", rows.fold("time [min],i [A]\n".to_owned(), |all, row| all + &row));
         let mut run = RunRequest::new("cell.dgd");
         run.data = Some("i.csv".into());
         run.choices.set = vec!["d=0.03".to_owned()];
@@ -252,7 +252,7 @@ fn a_start_that_is_fixed_stays_in_a_search_as_in_a_fit() {
         let mut csv = Vec::new();
         let table = simulated.unwrap_or_else(|error| panic!("{error}")).table;
         table.write_csv(&mut csv).expect("memory can be written to");
-        files = files.with(name, csv);
+        files = files.with_file(name, csv);
     }
     let session = session.with_files(&files);
     let mut request = DiscoverRequest::new("cell.dgd", vec!["monday.csv".into()]);
@@ -291,7 +291,7 @@ output T [°C] noise 0.05 [K]
 fn start_values_of_elements_are_estimated_where_asked() {
     let rows = (0..100).map(|k| format!("{},{}\n", 2 * k, k / 20 % 2));
     let inputs = rows.fold("time [s],q [kW]\n".to_owned(), |all, row| all + &row);
-    let mut files = InMemory::default().with("bodies.dgd", BODIES).with("q.csv", inputs);
+    let mut files = InMemory::default().with_file("bodies.dgd", BODIES).with_file("q.csv", inputs);
     let session = Session::new(&Silent);
     let mut run = RunRequest::new("bodies.dgd");
     run.data = Some("q.csv".into());
@@ -302,7 +302,7 @@ fn start_values_of_elements_are_estimated_where_asked() {
     let mut csv = Vec::new();
     let table = simulated.unwrap_or_else(|error| panic!("{error}")).table;
     table.write_csv(&mut csv).expect("memory can be written to");
-    files = files.with("data.csv", csv);
+    files = files.with_file("data.csv", csv);
     let fitted = |free: &[&str]| {
         let mut request = FitRequest::new("bodies.dgd", vec!["data.csv".into()]);
         request.sought.free = free.iter().map(|&name| name.to_owned()).collect();
@@ -330,7 +330,7 @@ fn start_values_of_elements_are_estimated_where_asked() {
 #[derive(Debug)]
 struct Impatient;
 
-impl Watch for Impatient {
+impl Monitor for Impatient {
     fn advanced(&self, _progress: Progress) {}
 
     fn is_stopped(&self) -> bool {
@@ -358,7 +358,7 @@ fn a_search_that_is_stopped_has_a_result_that_says_so() {
 }
 
 /// The columns of a CSV text.
-fn columns(csv: &[u8]) -> Columns {
+fn columns(csv: &[u8]) -> DataColumns {
     let text = String::from_utf8_lossy(csv).into_owned();
     let mut lines = text.lines();
     let headers = lines.next().unwrap_or_default().split(',');
@@ -369,15 +369,15 @@ fn columns(csv: &[u8]) -> Columns {
             values.push(cell.parse().unwrap_or(f64::NAN));
         }
     }
-    Columns { all: columns }
+    DataColumns { all: columns }
 }
 
 #[test]
 fn columns_give_what_their_text_gives() {
     let monday = recorded(1);
-    let as_text = files().with("rig/monday.csv", monday.clone());
+    let as_text = files().with_file("rig/monday.csv", monday.clone());
     let as_columns = files().with_columns("rig/monday.csv", columns(&monday));
-    let texts_and_columns = Layers { above: &as_columns, below: &as_text };
+    let texts_and_columns = LayeredFiles { above: &as_columns, below: &as_text };
     let results = worked(&as_text, "").into_iter().zip(worked(&texts_and_columns, ""));
     for (k, (mut text, mut columns)) in results.enumerate() {
         // Digests are those of the files that were read.
@@ -392,7 +392,7 @@ fn columns_give_what_their_text_gives() {
 
 #[test]
 fn a_missing_text_is_told_by_its_name() {
-    let texts = InMemory::default().with("rig/tank.dgd", MODEL);
+    let texts = InMemory::default().with_file("rig/tank.dgd", MODEL);
     let session = Session::new(&Silent).with_files(&texts);
     let error = |path: &str| match check(&CheckRequest::new(path), session) {
         Ok(_) => panic!("`{path}` is not there"),
@@ -409,7 +409,7 @@ fn a_program_is_compiled_once_for_all_threads() {
     let texts = recordings();
     let session = Session::new(&Silent).with_files(&texts);
     let path = PathBuf::from("rig/tank.dgd");
-    let directions = dgd_compiler::pipeline::Directions::All;
+    let directions = dgd_compiler::pipeline::SensitivityDirections::All;
     let model = crate::load(&path, &crate::Choices::default(), &directions, session);
     let program = model.unwrap_or_else(|error| panic!("{error}")).compiled.program;
     let rates: Vec<f64> = std::thread::scope(|scope| {
@@ -417,13 +417,13 @@ fn a_program_is_compiled_once_for_all_threads() {
             .map(|k| {
                 let program = program.clone();
                 scope.spawn(move || {
-                    let loaded = dgd_execute::Loaded::new(program);
+                    let loaded = dgd_execute::LoadedSystem::new(program);
                     let p: Vec<f64> = {
                         use dgd_runtime::System;
                         loaded.signature().parameters.iter().map(|p| p.value).collect()
                     };
                     let mut rate = [0.0];
-                    let point = dgd_runtime::Point {
+                    let point = dgd_runtime::EvaluationPoint {
                         t: 0.0,
                         y: &[1.0],
                         u: &[0.001 * f64::from(k)],

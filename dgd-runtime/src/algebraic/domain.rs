@@ -4,8 +4,8 @@ use std::fmt;
 
 use dgd_signature::number::{short, with_unit};
 
-use crate::solved::Solved;
-use crate::system::{Point, Storage};
+use crate::solved::SolvableSystem;
+use crate::system::{EvaluationPoint, Storage};
 
 /// The end is looked for within this part of an unknown's size, from the nearest distance on, which is doubled each time.
 const FARTHEST: f64 = 1e-2;
@@ -48,9 +48,9 @@ impl fmt::Display for DomainEnd {
 }
 
 /// The nearest end of the values of row `row` of f along one of its unknowns, given the `sizes` of these.
-pub(crate) fn domain_end<S: Solved>(
+pub(crate) fn domain_end<S: SolvableSystem>(
     system: &S,
-    at: Point<'_>,
+    at: EvaluationPoint<'_>,
     row: usize,
     sizes: &[f64],
 ) -> Option<DomainEnd> {
@@ -58,7 +58,7 @@ pub(crate) fn domain_end<S: Solved>(
     let (mut y, mut f) = (at.y.to_vec(), S::Vector::zeros(at.y.len()));
     let mut has_value = |i: usize, value: f64| {
         let original = std::mem::replace(&mut y[i], value);
-        system.rhs(Point { y: &y, ..at }, f.as_mut());
+        system.rhs(EvaluationPoint { y: &y, ..at }, f.as_mut());
         y[i] = original;
         f.as_ref()[row].is_finite()
     };
@@ -93,7 +93,7 @@ pub(crate) fn domain_end<S: Solved>(
         }
     }
     let end = if inside.abs() <= ZERO * size { 0.0 } else { inside };
-    let unknown = signature.unknowns.at(i);
+    let unknown = signature.unknowns.get(i);
     Some(DomainEnd {
         name: unknown.name.to_string(),
         value: unknown.unit.from_si(end),

@@ -19,23 +19,23 @@ pub(crate) mod readings;
 mod singularity;
 
 use crate::linalg::{Factorisation, Singular};
-use crate::solved::Solved;
-use crate::system::{Pattern, Point, Signature, Storage};
-pub(crate) use newton::Weights;
-pub(crate) use pieces::Pieces;
-pub(crate) use rates::Rates;
+use crate::solved::SolvableSystem;
+use crate::system::{EvaluationPoint, Pattern, Signature, Storage};
+pub(crate) use newton::CorrectionWeights;
+pub(crate) use pieces::PieceAutomata;
+pub(crate) use rates::UnknownRates;
 
 /// Residuals below this fraction of the equation's terms are rounding errors of a few operations.
 pub(crate) const ROUNDING: f64 = 4.0 * f64::EPSILON;
 
 /// Inputs at the time of the equations. Those that act late may move with the unknowns.
 pub(crate) trait InputsAt {
-    fn at(&mut self, y: &[f64]) -> &[f64];
+    fn evaluate(&mut self, y: &[f64]) -> &[f64];
 }
 
 impl InputsAt for &[f64] {
     #[inline]
-    fn at(&mut self, _: &[f64]) -> &[f64] {
+    fn evaluate(&mut self, _: &[f64]) -> &[f64] {
         self
     }
 }
@@ -50,7 +50,7 @@ pub(crate) struct AlgebraicPoint<'a, U = &'a [f64]> {
 }
 
 /// The algebraic equations of a model and their Jacobian ∂f_a/∂y_a.
-pub(crate) struct Algebraic<S: Solved> {
+pub(crate) struct AlgebraicSystem<S: SolvableSystem> {
     /// 1 for a differential unknown, 0 for an algebraic one.
     pub(crate) mass: S::Vector,
     count: usize,
@@ -64,11 +64,11 @@ pub(crate) struct Algebraic<S: Solved> {
     pub(super) next: S::Vector,
     pub(super) dfdt: S::Vector,
     pub(super) zero_slopes: S::Inputs,
-    /// The largest relative pivot of [`Algebraic::weakest`] so far.
+    /// The largest relative pivot of [`AlgebraicSystem::weakest`] so far.
     pub(super) strongest: f64,
 }
 
-impl<S: Solved> Algebraic<S> {
+impl<S: SolvableSystem> AlgebraicSystem<S> {
     pub(crate) fn new(system: &S) -> Self {
         let signature = system.signature();
         let n = signature.unknowns.len();
@@ -77,7 +77,7 @@ impl<S: Solved> Algebraic<S> {
         // If no mode has algebraic unknowns, nothing is factorised.
         let is_explicit = Self::is_explicit(signature);
         let pattern = if is_explicit { &Pattern::EMPTY } else { &signature.jacobian };
-        Self::with(system, mass, pattern)
+        Self::with_mass(system, mass, pattern)
     }
 
     /// Whether no mode has algebraic unknowns.
@@ -89,10 +89,10 @@ impl<S: Solved> Algebraic<S> {
     pub(crate) fn all(system: &S) -> Self {
         let signature = system.signature();
         let mass = S::Vector::zeros(signature.unknowns.len());
-        Self::with(system, mass, &signature.jacobian)
+        Self::with_mass(system, mass, &signature.jacobian)
     }
 
-    fn with(system: &S, mass: S::Vector, pattern: &Pattern) -> Self {
+    fn with_mass(system: &S, mass: S::Vector, pattern: &Pattern) -> Self {
         let signature = system.signature();
         let n = signature.unknowns.len();
         let count = mass.as_ref().iter().filter(|mass| **mass == 0.0).count();
@@ -198,11 +198,11 @@ impl<S: Solved> Algebraic<S> {
     }
 
     /// Solves 0 = g_a for the sensitivities of algebraic unknowns; those of differential unknowns
-    /// are given, and the others in `s` overwritten. [`Algebraic::factorise`] comes first.
+    /// are given, and the others in `s` overwritten. [`AlgebraicSystem::factorise`] comes first.
     pub(crate) fn make_sensitivities_consistent(
         &mut self,
         system: &S,
-        at: Point<'_>,
+        at: EvaluationPoint<'_>,
         s: &mut [f64],
         g: &mut [f64],
     ) {
@@ -216,7 +216,7 @@ impl<S: Solved> Algebraic<S> {
     pub(crate) fn correct_sensitivities(
         &mut self,
         system: &S,
-        at: Point<'_>,
+        at: EvaluationPoint<'_>,
         s: &mut [f64],
         g: &mut [f64],
     ) {

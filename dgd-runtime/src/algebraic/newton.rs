@@ -2,15 +2,15 @@
 
 use super::singularity::CONVERGED;
 use super::{
-    Algebraic, AlgebraicPoint, InputsAt, ROUNDING, add_scaled, add_terms, is_rounding, mask,
+    AlgebraicPoint, AlgebraicSystem, InputsAt, ROUNDING, add_scaled, add_terms, is_rounding, mask,
 };
 use crate::algebraic::readings::readings;
 use crate::error::InitialError;
 use crate::linalg::Factorisation;
 use crate::linalg::blocks::{blocks, is_singular};
 use crate::linalg::norm::Tolerances;
-use crate::solved::Solved;
-use crate::system::{Pattern, Point};
+use crate::solved::SolvableSystem;
+use crate::system::{EvaluationPoint, Pattern};
 
 const MOST_ITERATIONS: usize = 100;
 /// The smallest damping factor λ tried.
@@ -20,12 +20,12 @@ const MOST_NUDGES: u32 = 3;
 
 /// Error weights of a correction.
 #[derive(Clone, Copy)]
-pub(crate) struct Weights<'a> {
+pub(crate) struct CorrectionWeights<'a> {
     pub(crate) sizes: &'a [f64],
     pub(crate) tolerances: Tolerances,
 }
 
-impl<S: Solved> Algebraic<S> {
+impl<S: SolvableSystem> AlgebraicSystem<S> {
     /// Solves 0 = f_a for the algebraic unknowns, from the guess in `y`; `jacobian` is work space.
     pub(crate) fn make_consistent(
         &mut self,
@@ -52,7 +52,14 @@ impl<S: Solved> Algebraic<S> {
         sizes: &[f64],
         tolerances: Tolerances,
     ) -> Result<(), InitialError> {
-        self.solve_nudged(system, at, y, jacobian, Weights { sizes, tolerances }, MOST_NUDGES)
+        self.solve_nudged(
+            system,
+            at,
+            y,
+            jacobian,
+            CorrectionWeights { sizes, tolerances },
+            MOST_NUDGES,
+        )
     }
 
     /// The same from a close guess, which is not moved if the equations are singular there.
@@ -65,7 +72,7 @@ impl<S: Solved> Algebraic<S> {
         sizes: &[f64],
         tolerances: Tolerances,
     ) -> Result<(), InitialError> {
-        self.solve_nudged(system, at, y, jacobian, Weights { sizes, tolerances }, 0)
+        self.solve_nudged(system, at, y, jacobian, CorrectionWeights { sizes, tolerances }, 0)
     }
 
     fn solve_nudged(
@@ -74,19 +81,19 @@ impl<S: Solved> Algebraic<S> {
         at: AlgebraicPoint<'_, impl InputsAt>,
         y: &mut [f64],
         jacobian: &mut [f64],
-        weights: Weights<'_>,
+        weights: CorrectionWeights<'_>,
         most_nudges: u32,
     ) -> Result<(), InitialError> {
         let AlgebraicPoint { t, mut u, p, z } = at;
-        let Weights { sizes, tolerances } = weights;
+        let CorrectionWeights { sizes, tolerances } = weights;
         let signature = system.signature();
         let pattern = &signature.jacobian;
-        let equation = |row: usize| signature.equations.at(row).to_string();
+        let equation = |row: usize| signature.equations.get(row).to_string();
         let mut nudges = 0;
 
         for iteration in 1..=MOST_ITERATIONS {
             system.linearize(
-                Point { t, y, u: u.at(y), p, z },
+                EvaluationPoint { t, y, u: u.evaluate(y), p, z },
                 self.zero_slopes.as_ref(),
                 self.f.as_mut(),
                 jacobian,
@@ -100,7 +107,8 @@ impl<S: Solved> Algebraic<S> {
                 undefined.map(|((row, _), _)| row)
             });
             if let Some(row) = not_finite {
-                let operands = readings(system, Point { t, y, u: u.at(y), p, z }, row);
+                let operands =
+                    readings(system, EvaluationPoint { t, y, u: u.evaluate(y), p, z }, row);
                 return Err(InitialError::NotFinite { equation: equation(row), t, at: operands });
             }
             if self.f.as_ref().iter().all(|f| *f == 0.0) {
@@ -124,7 +132,7 @@ impl<S: Solved> Algebraic<S> {
                 }
                 if nudges == most_nudges {
                     let row = factorised.err().map_or(largest(self.f.as_ref()), |e| e.row);
-                    let point = Point { t, y, u: u.at(y), p, z };
+                    let point = EvaluationPoint { t, y, u: u.evaluate(y), p, z };
                     return Err(self.singular(system, point, row, jacobian, sizes));
                 }
                 nudges += 1;
@@ -142,7 +150,10 @@ impl<S: Solved> Algebraic<S> {
                 self.trial.as_mut().copy_from_slice(y);
                 add_scaled(self.trial.as_mut(), lambda, self.correction.as_ref());
                 let trial = self.trial.as_ref();
-                system.rhs(Point { t, y: trial, u: u.at(trial), p, z }, self.next.as_mut());
+                system.rhs(
+                    EvaluationPoint { t, y: trial, u: u.evaluate(trial), p, z },
+                    self.next.as_mut(),
+                );
                 mask(self.next.as_mut(), self.mass.as_ref());
                 self.factorisation.solve(self.next.as_mut());
                 let next = tolerances.mean_square(self.next.as_ref(), y, y, sizes);
@@ -160,11 +171,11 @@ impl<S: Solved> Algebraic<S> {
                 nudges += 1;
                 self.nudge(y, sizes, nudges);
             } else {
-                let point = Point { t, y, u: u.at(y), p, z };
+                let point = EvaluationPoint { t, y, u: u.evaluate(y), p, z };
                 return Err(self.not_converged(system, point, weights, jacobian, iteration));
             }
         }
-        let point = Point { t, y, u: u.at(y), p, z };
+        let point = EvaluationPoint { t, y, u: u.evaluate(y), p, z };
         Err(self.not_converged(system, point, weights, jacobian, MOST_ITERATIONS))
     }
 
@@ -178,14 +189,14 @@ impl<S: Solved> Algebraic<S> {
     pub(super) fn not_converged(
         &self,
         system: &S,
-        at: Point<'_>,
-        weights: Weights<'_>,
+        at: EvaluationPoint<'_>,
+        weights: CorrectionWeights<'_>,
         jacobian: &[f64],
         iterations: usize,
     ) -> InitialError {
-        let Weights { sizes, tolerances } = weights;
+        let CorrectionWeights { sizes, tolerances } = weights;
         let signature = system.signature();
-        let Point { t, y, .. } = at;
+        let EvaluationPoint { t, y, .. } = at;
         let row = self.first_unsolved(&signature.jacobian, jacobian, y);
         let correction = self.correction.as_ref();
         let relative = |i: usize| correction[i].abs() / tolerances.weight(y[i], sizes[i]);
@@ -194,7 +205,7 @@ impl<S: Solved> Algebraic<S> {
         InitialError::NotConverged {
             t,
             iterations,
-            equation: signature.equations.at(row).to_string(),
+            equation: signature.equations.get(row).to_string(),
             residual: self.f.as_ref()[row],
             unknown: signature.unknowns.name(unknown).to_string(),
             correction: correction[unknown],
@@ -221,7 +232,7 @@ impl<S: Solved> Algebraic<S> {
     pub(crate) fn singular(
         &self,
         system: &S,
-        at: Point<'_>,
+        at: EvaluationPoint<'_>,
         row: usize,
         jacobian: &[f64],
         sizes: &[f64],
@@ -237,7 +248,7 @@ impl<S: Solved> Algebraic<S> {
         let relative = |row: usize| f[row].abs() / terms[row].max(f64::MIN_POSITIVE);
         let first = block.iter().copied().max_by(|i, j| relative(*i).total_cmp(&relative(*j)));
         let row = first.unwrap_or(row);
-        let label = |row: usize| signature.equations.at(row).to_string();
+        let label = |row: usize| signature.equations.get(row).to_string();
         InitialError::Singular {
             equation: label(row),
             t: at.t,

@@ -22,15 +22,15 @@
 //! Circuit Theory and Applications 4 (1976) 3–24. Murty, Note on a Bard-type scheme for solving the complementarity
 //! problem, Opsearch 11 (1974) 123–130.
 
-use super::newton::{LEAST_DAMPING, Weights};
+use super::newton::{CorrectionWeights, LEAST_DAMPING};
 use super::singularity::CONVERGED;
-use super::{Algebraic, AlgebraicPoint, add_scaled, is_rounding, mask};
+use super::{AlgebraicPoint, AlgebraicSystem, add_scaled, is_rounding, mask};
 use crate::algebraic::readings::readings;
 use crate::error::InitialError;
 use crate::linalg::Factorisation;
 use crate::linalg::norm::Tolerances;
-use crate::solved::Solved;
-use crate::system::{Discrete, Point};
+use crate::solved::SolvableSystem;
+use crate::system::{Discrete, EvaluationPoint};
 
 /// Corrections without a change of pieces, and changes of each piece, that are allowed.
 const MOST_CORRECTIONS: usize = 100;
@@ -49,8 +49,8 @@ const LEAST: f64 = 1e-9;
 const ROUNDING: f64 = 1e-10;
 
 /// The automata of a model that choose between pieces, and work space for their surfaces.
-pub(crate) struct Pieces {
-    all: Vec<Piece>,
+pub(crate) struct PieceAutomata {
+    all: Vec<PieceAutomaton>,
     e: Vec<f64>,
     ahead: Vec<f64>,
     guess: Vec<f64>,
@@ -59,7 +59,7 @@ pub(crate) struct Pieces {
 }
 
 #[derive(Debug, Clone, Copy)]
-struct Piece {
+struct PieceAutomaton {
     /// Position of its automaton.
     automaton: usize,
     /// Position of its first event function, e.
@@ -68,27 +68,27 @@ struct Piece {
 
 /// Along or against Newton's correction.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Heading {
+enum NewtonHeading {
     Along,
     Against,
 }
 
-impl Heading {
+impl NewtonHeading {
     fn sign(self) -> f64 {
         match self {
-            Heading::Along => 1.0,
-            Heading::Against => -1.0,
+            NewtonHeading::Along => 1.0,
+            NewtonHeading::Against => -1.0,
         }
     }
 }
 
-impl Pieces {
+impl PieceAutomata {
     pub(crate) fn new(discrete: &Discrete, n: usize) -> Self {
-        let mut pieces: Vec<Piece> = Vec::new();
+        let mut pieces: Vec<PieceAutomaton> = Vec::new();
         for (event, (automaton, _)) in discrete.transitions().enumerate() {
             let is_first = pieces.last().is_none_or(|piece| piece.automaton != automaton);
             if is_first && discrete.automata[automaton].kind.is_piece() {
-                pieces.push(Piece { automaton, event });
+                pieces.push(PieceAutomaton { automaton, event });
             }
         }
         let n_e = if pieces.is_empty() { 0 } else { discrete.transitions().count() };
@@ -117,10 +117,16 @@ impl Pieces {
     }
 
     /// Chooses the pieces that `y` lies in. Surfaces may depend on other pieces.
-    fn choose<S: Solved>(&mut self, system: &S, at: AlgebraicPoint<'_>, z: &mut [f64], y: &[f64]) {
+    fn choose<S: SolvableSystem>(
+        &mut self,
+        system: &S,
+        at: AlgebraicPoint<'_>,
+        z: &mut [f64],
+        y: &[f64],
+    ) {
         let AlgebraicPoint { t, u, p, .. } = at;
         for _ in 0..=self.all.len() {
-            system.event_functions(Point { t, y, u, p, z }, &mut self.e);
+            system.event_functions(EvaluationPoint { t, y, u, p, z }, &mut self.e);
             let mut changed = false;
             for piece in &self.all {
                 let side = f64::from(u8::from(self.e[piece.event] > 0.0));
@@ -134,8 +140,8 @@ impl Pieces {
     }
 
     /// The piece that is left first on the way from `e` towards `ahead`, and the part of the way to its surface.
-    fn first_left(&self, z: &[f64]) -> Option<(Piece, f64)> {
-        let mut first: Option<(Piece, f64)> = None;
+    fn first_left(&self, z: &[f64]) -> Option<(PieceAutomaton, f64)> {
+        let mut first: Option<(PieceAutomaton, f64)> = None;
         for piece in &self.all {
             let outwards = if z[piece.automaton] > 0.5 { -1.0 } else { 1.0 };
             let rate = outwards * (self.ahead[piece.event] - self.e[piece.event]);
@@ -150,11 +156,11 @@ impl Pieces {
     }
 
     /// The first piece that the point of `e` is not in; `sizes` has the largest values of each event function so far.
-    fn first_outside(&self, z: &[f64], sizes: &mut [f64]) -> Option<Piece> {
+    fn first_outside(&self, z: &[f64], sizes: &mut [f64]) -> Option<PieceAutomaton> {
         for (size, e) in sizes.iter_mut().zip(&self.e) {
             *size = size.max(e.abs());
         }
-        let is_outside = |piece: &&Piece| {
+        let is_outside = |piece: &&PieceAutomaton| {
             let outwards = if z[piece.automaton] > 0.5 { -1.0 } else { 1.0 };
             outwards * self.e[piece.event] > ROUNDING * sizes[piece.event]
         };
@@ -162,33 +168,33 @@ impl Pieces {
     }
 
     /// Whether `ahead` is further into the piece just entered than `e`.
-    fn leads_into(&self, piece: Piece, z: &[f64]) -> bool {
+    fn leads_into(&self, piece: PieceAutomaton, z: &[f64]) -> bool {
         let inwards = if z[piece.automaton] > 0.5 { 1.0 } else { -1.0 };
         inwards * (self.ahead[piece.event] - self.e[piece.event]) >= 0.0
     }
 }
 
-impl<S: Solved> Algebraic<S> {
+impl<S: SolvableSystem> AlgebraicSystem<S> {
     /// Solves 0 = f_a for the algebraic unknowns and the pieces in `z`, from the guess in `y`, to the tolerance or
     /// nearly to rounding; `jacobian` is work space.
     #[expect(clippy::too_many_arguments)]
     pub(crate) fn solve_pieces(
         &mut self,
         system: &S,
-        pieces: &mut Pieces,
+        pieces: &mut PieceAutomata,
         at: AlgebraicPoint<'_>,
         z: &mut [f64],
         y: &mut [f64],
         jacobian: &mut [f64],
-        weights: Weights<'_>,
+        weights: CorrectionWeights<'_>,
     ) -> Result<(), InitialError> {
         let Tolerances { rtol, atol } = weights.tolerances;
         let tolerances = Tolerances { rtol: rtol.max(LEAST), atol: atol.max(LEAST) };
-        let weights = Weights { tolerances, ..weights };
+        let weights = CorrectionWeights { tolerances, ..weights };
         let mut guess = std::mem::take(&mut pieces.guess);
         guess.copy_from_slice(y);
         let mut failed = None;
-        let headings = [Heading::Along, Heading::Against];
+        let headings = [NewtonHeading::Along, NewtonHeading::Against];
         let starts = (0..=MOST_STARTS).flat_map(|start| headings.map(|heading| (start, heading)));
         for (start, heading) in starts {
             y.copy_from_slice(&guess);
@@ -232,21 +238,21 @@ impl<S: Solved> Algebraic<S> {
     fn follow(
         &mut self,
         system: &S,
-        pieces: &mut Pieces,
+        pieces: &mut PieceAutomata,
         at: AlgebraicPoint<'_>,
         z: &mut [f64],
         y: &mut [f64],
         jacobian: &mut [f64],
-        weights: Weights<'_>,
-        mut heading: Heading,
+        weights: CorrectionWeights<'_>,
+        mut heading: NewtonHeading,
     ) -> Result<(), InitialError> {
         let AlgebraicPoint { t, u, p, .. } = at;
         pieces.choose(system, at, z, y);
         pieces.has_turned = false;
-        let mut entered: Option<Piece> = None;
+        let mut entered: Option<PieceAutomaton> = None;
         let most = MOST_CORRECTIONS + MOST_CHANGES * pieces.all.len();
         for iteration in 1..=most {
-            let here = Point { t, y, u, p, z };
+            let here = EvaluationPoint { t, y, u, p, z };
             self.linearize_algebraic(system, here, jacobian)?;
             if self.f.as_ref().iter().all(|f| *f == 0.0) {
                 return Ok(());
@@ -266,25 +272,25 @@ impl<S: Solved> Algebraic<S> {
                 && !pieces.leads_into(piece, z)
             {
                 heading = match heading {
-                    Heading::Along => Heading::Against,
-                    Heading::Against => Heading::Along,
+                    NewtonHeading::Along => NewtonHeading::Against,
+                    NewtonHeading::Against => NewtonHeading::Along,
                 };
                 self.look_ahead(system, pieces, here, heading);
             }
-            pieces.has_turned |= heading == Heading::Against;
+            pieces.has_turned |= heading == NewtonHeading::Against;
             match pieces.first_left(z) {
-                Some((piece, part)) if heading == Heading::Against || part < 1.0 => {
+                Some((piece, part)) if heading == NewtonHeading::Against || part < 1.0 => {
                     add_scaled(y, heading.sign() * part, self.correction.as_ref());
                     z[piece.automaton] = 1.0 - z[piece.automaton];
                     entered = Some(piece);
                 }
-                _ if heading == Heading::Along && self.damp(system, here, norm, weights) => {
+                _ if heading == NewtonHeading::Along && self.damp(system, here, norm, weights) => {
                     y.copy_from_slice(self.trial.as_ref());
                 }
                 _ => return Err(self.not_converged(system, here, weights, jacobian, iteration)),
             }
         }
-        Err(self.not_converged(system, Point { t, y, u, p, z }, weights, jacobian, most))
+        Err(self.not_converged(system, EvaluationPoint { t, y, u, p, z }, weights, jacobian, most))
     }
 
     /// Solves the equations of the present pieces, and exchanges the first that the solution leaves, until none is left.
@@ -292,12 +298,12 @@ impl<S: Solved> Algebraic<S> {
     fn exchange(
         &mut self,
         system: &S,
-        pieces: &mut Pieces,
+        pieces: &mut PieceAutomata,
         at: AlgebraicPoint<'_>,
         z: &mut [f64],
         y: &mut [f64],
         jacobian: &mut [f64],
-        weights: Weights<'_>,
+        weights: CorrectionWeights<'_>,
     ) -> Result<(), InitialError> {
         let AlgebraicPoint { t, u, p, .. } = at;
         pieces.choose(system, at, z, y);
@@ -307,7 +313,7 @@ impl<S: Solved> Algebraic<S> {
         let most = MOST_CORRECTIONS + MOST_CHANGES * pieces.all.len();
         let mut solved = Ok(());
         for iteration in 1..=most {
-            let here = Point { t, y, u, p, z };
+            let here = EvaluationPoint { t, y, u, p, z };
             let corrected = self
                 .linearize_algebraic(system, here, jacobian)
                 .and_then(|()| self.correct_any(system, here, jacobian, weights));
@@ -324,14 +330,14 @@ impl<S: Solved> Algebraic<S> {
                 add_scaled(self.trial.as_mut(), 1.0, self.correction.as_ref());
             }
             y.copy_from_slice(self.trial.as_ref());
-            system.event_functions(Point { t, y, u, p, z }, &mut pieces.e);
+            system.event_functions(EvaluationPoint { t, y, u, p, z }, &mut pieces.e);
             match pieces.first_outside(z, &mut sizes) {
                 Some(piece) => z[piece.automaton] = 1.0 - z[piece.automaton],
                 None if is_solved => break,
                 None => {}
             }
             if iteration == most {
-                let here = Point { t, y, u, p, z };
+                let here = EvaluationPoint { t, y, u, p, z };
                 solved = Err(self.not_converged(system, here, weights, jacobian, most));
             }
         }
@@ -343,7 +349,7 @@ impl<S: Solved> Algebraic<S> {
     fn linearize_algebraic(
         &mut self,
         system: &S,
-        at: Point<'_>,
+        at: EvaluationPoint<'_>,
         jacobian: &mut [f64],
     ) -> Result<(), InitialError> {
         let (f, dfdt) = (self.f.as_mut(), self.dfdt.as_mut());
@@ -357,14 +363,14 @@ impl<S: Solved> Algebraic<S> {
             undefined.map(|((row, _), _)| row)
         });
         let Some(row) = not_finite else { return Ok(()) };
-        let equation = signature.equations.at(row).to_string();
+        let equation = signature.equations.get(row).to_string();
         let readings = readings(system, at, row);
         Err(InitialError::NotFinite { equation, t: at.t, at: readings })
     }
 
     /// Solves for the correction from the residuals in `f`, with the matrix last factorised. Returns the square of its
     /// norm.
-    fn solve_correction(&mut self, y: &[f64], weights: Weights<'_>) -> f64 {
+    fn solve_correction(&mut self, y: &[f64], weights: CorrectionWeights<'_>) -> f64 {
         self.correction.as_mut().copy_from_slice(self.f.as_ref());
         self.factorisation.solve(self.correction.as_mut());
         // Keeps rounding of the elimination out of the given values.
@@ -374,14 +380,20 @@ impl<S: Solved> Algebraic<S> {
 
     /// Looks for a λ for which the next correction with this matrix is smaller, and leaves y + λ δ in `trial`.
     /// Returns whether there is one.
-    fn damp(&mut self, system: &S, at: Point<'_>, norm: f64, weights: Weights<'_>) -> bool {
-        let Weights { sizes, tolerances } = weights;
+    fn damp(
+        &mut self,
+        system: &S,
+        at: EvaluationPoint<'_>,
+        norm: f64,
+        weights: CorrectionWeights<'_>,
+    ) -> bool {
+        let CorrectionWeights { sizes, tolerances } = weights;
         let y = at.y;
         let mut lambda = 1.0;
         while lambda >= LEAST_DAMPING {
             self.trial.as_mut().copy_from_slice(y);
             add_scaled(self.trial.as_mut(), lambda, self.correction.as_ref());
-            system.rhs(Point { y: self.trial.as_ref(), ..at }, self.next.as_mut());
+            system.rhs(EvaluationPoint { y: self.trial.as_ref(), ..at }, self.next.as_mut());
             mask(self.next.as_mut(), self.mass.as_ref());
             self.factorisation.solve(self.next.as_mut());
             let next = tolerances.mean_square(self.next.as_ref(), y, y, sizes);
@@ -399,9 +411,9 @@ impl<S: Solved> Algebraic<S> {
     fn correct_any(
         &mut self,
         system: &S,
-        at: Point<'_>,
+        at: EvaluationPoint<'_>,
         jacobian: &[f64],
-        weights: Weights<'_>,
+        weights: CorrectionWeights<'_>,
     ) -> Result<f64, InitialError> {
         let pattern = &system.signature().jacobian;
         let factorised = self.factorise(pattern, jacobian, weights.sizes);
@@ -424,11 +436,17 @@ impl<S: Solved> Algebraic<S> {
         Err(self.singular(system, at, row, jacobian, weights.sizes))
     }
 
-    /// Evaluates the surfaces at `at` and where the correction leads.
-    fn look_ahead(&mut self, system: &S, pieces: &mut Pieces, at: Point<'_>, heading: Heading) {
+    /// Evaluates the surfaces at `get` and where the correction leads.
+    fn look_ahead(
+        &mut self,
+        system: &S,
+        pieces: &mut PieceAutomata,
+        at: EvaluationPoint<'_>,
+        heading: NewtonHeading,
+    ) {
         system.event_functions(at, &mut pieces.e);
         self.trial.as_mut().copy_from_slice(at.y);
         add_scaled(self.trial.as_mut(), heading.sign(), self.correction.as_ref());
-        system.event_functions(Point { y: self.trial.as_ref(), ..at }, &mut pieces.ahead);
+        system.event_functions(EvaluationPoint { y: self.trial.as_ref(), ..at }, &mut pieces.ahead);
     }
 }

@@ -1,13 +1,13 @@
 //! Slopes of all unknowns along a solution.
 
-use super::Algebraic;
+use super::AlgebraicSystem;
 use crate::problem::unknown_sizes;
-use crate::solved::Solved;
-use crate::system::{Point, Storage};
+use crate::solved::SolvableSystem;
+use crate::system::{EvaluationPoint, Storage};
 
 /// Derivatives of all unknowns along a solution.
-pub(crate) struct Rates<S: Solved> {
-    algebraic: Algebraic<S>,
+pub(crate) struct UnknownRates<S: SolvableSystem> {
+    algebraic: AlgebraicSystem<S>,
     jacobian: S::Jacobian,
     f: S::Vector,
     dfdt: S::Vector,
@@ -15,7 +15,7 @@ pub(crate) struct Rates<S: Solved> {
     sizes: S::Vector,
 }
 
-impl<S: Solved> Rates<S> {
+impl<S: SolvableSystem> UnknownRates<S> {
     /// For a solution that starts at these values, none if it has no rows.
     pub(crate) fn new(system: &S, start: &[f64]) -> Self {
         let signature = system.signature();
@@ -25,7 +25,7 @@ impl<S: Solved> Rates<S> {
             unknown_sizes(system, start, sizes.as_mut());
         }
         Self {
-            algebraic: Algebraic::new(system),
+            algebraic: AlgebraicSystem::new(system),
             jacobian: S::Jacobian::zeros(signature.jacobian.len()),
             f: S::Vector::zeros(n),
             dfdt: S::Vector::zeros(n),
@@ -35,7 +35,12 @@ impl<S: Solved> Rates<S> {
     }
 
     /// ẏ at consistent values; `None` if the algebraic unknowns are not determined.
-    pub(crate) fn at(&mut self, system: &S, at: Point<'_>, udot: &[f64]) -> Option<&[f64]> {
+    pub(crate) fn evaluate(
+        &mut self,
+        system: &S,
+        at: EvaluationPoint<'_>,
+        udot: &[f64],
+    ) -> Option<&[f64]> {
         if !system.signature().discrete.automata.is_empty() {
             system.mass(at, self.mass.as_mut());
             self.algebraic.enter_modes(self.mass.as_ref());

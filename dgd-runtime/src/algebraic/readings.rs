@@ -4,15 +4,15 @@ use std::fmt;
 
 use dgd_signature::number::{short, with_unit};
 
-use crate::solved::Solved;
-use crate::system::{Pattern, Point, Storage, Unit};
+use crate::solved::SolvableSystem;
+use crate::system::{EvaluationPoint, Pattern, Storage, Unit};
 
 /// Maximum number of values in a message.
 const MOST_SHOWN: usize = 5;
 
 /// A value that an equation reads.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Reading {
+pub struct ReadValue {
     /// Its name.
     pub name: String,
     /// Its value, in its declared unit.
@@ -21,23 +21,23 @@ pub struct Reading {
     pub unit: String,
 }
 
-impl Reading {
+impl ReadValue {
     fn new(name: &str, si: f64, unit: &Unit) -> Self {
-        Reading { name: name.to_owned(), value: unit.from_si(si), unit: unit.symbol.to_string() }
+        ReadValue { name: name.to_owned(), value: unit.from_si(si), unit: unit.symbol.to_string() }
     }
 }
 
-impl fmt::Display for Reading {
+impl fmt::Display for ReadValue {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Reading { name, value, unit } = self;
+        let ReadValue { name, value, unit } = self;
         write!(f, "`{name}` = {}", with_unit(short(*value, 6), unit))
     }
 }
 
 /// `, with x = 1 m and y = 2 m`; empty if nothing is read.
-pub(crate) struct With<'a>(pub(crate) &'a [Reading]);
+pub(crate) struct WithReadings<'a>(pub(crate) &'a [ReadValue]);
 
-impl fmt::Display for With<'_> {
+impl fmt::Display for WithReadings<'_> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         for (k, reading) in self.0.iter().take(MOST_SHOWN).enumerate() {
             write!(f, "{} {reading}", if k == 0 { ", with" } else { "," })?;
@@ -51,7 +51,11 @@ impl fmt::Display for With<'_> {
 
 /// The unknowns, inputs and parameters that row `row` of f reads at a point; if derivatives with respect to some of
 /// them are not finite, only those.
-pub(crate) fn readings<S: Solved>(system: &S, at: Point<'_>, row: usize) -> Vec<Reading> {
+pub(crate) fn readings<S: SolvableSystem>(
+    system: &S,
+    at: EvaluationPoint<'_>,
+    row: usize,
+) -> Vec<ReadValue> {
     let signature = system.signature();
     let n = signature.unknowns.len();
     let (mut f, mut dfdt) = (S::Vector::zeros(n), S::Vector::zeros(n));
@@ -67,20 +71,21 @@ pub(crate) fn readings<S: Solved>(system: &S, at: Point<'_>, row: usize) -> Vec<
         let entries = pattern.positions().zip(values);
         entries.filter(|((r, _), _)| *r == row).map(|((_, c), value)| (c, *value)).collect()
     };
-    let mut readings: Vec<(Reading, bool)> = Vec::new();
+    let mut readings: Vec<(ReadValue, bool)> = Vec::new();
     for (i, slope) in in_row(&signature.jacobian, by_y.as_ref()) {
-        let unknown = signature.unknowns.at(i);
-        readings.push((Reading::new(&unknown.name, at.y[i], &unknown.unit), slope.is_finite()));
+        let unknown = signature.unknowns.get(i);
+        readings.push((ReadValue::new(&unknown.name, at.y[i], &unknown.unit), slope.is_finite()));
     }
     for (i, slope) in in_row(&signature.input_jacobian, &by_u) {
         // Delayed inputs and slopes of inputs follow from other values, and are left out.
         if let Some(input) = signature.inputs.get(i) {
-            readings.push((Reading::new(&input.name, at.u[i], &input.unit), slope.is_finite()));
+            readings.push((ReadValue::new(&input.name, at.u[i], &input.unit), slope.is_finite()));
         }
     }
     for (i, slope) in in_row(&signature.parameter_jacobian, &by_p) {
         let parameter = &signature.parameters[i];
-        readings.push((Reading::new(&parameter.name, at.p[i], &parameter.unit), slope.is_finite()));
+        readings
+            .push((ReadValue::new(&parameter.name, at.p[i], &parameter.unit), slope.is_finite()));
     }
     let has_culprit = readings.iter().any(|(_, is_finite)| !is_finite);
     readings

@@ -1,9 +1,9 @@
 //! Detects where algebraic equations stop determining their unknowns.
 
-use super::{Algebraic, ROUNDING, mask};
+use super::{AlgebraicSystem, ROUNDING, mask};
 use crate::linalg::{Factorisation, Pivot, Singular};
-use crate::solved::Solved;
-use crate::system::{Pattern, Point};
+use crate::solved::SolvableSystem;
+use crate::system::{EvaluationPoint, Pattern};
 
 /// Corrections below this fraction of the tolerance end the iteration.
 pub(super) const CONVERGED: f64 = 1e-4;
@@ -16,20 +16,20 @@ const SEEN: f64 = 1e-9;
 /// A pivot that falls below this fraction is on its way to zero.
 const TENTH: f64 = 0.1;
 
-impl<S: Solved> Algebraic<S> {
+impl<S: SolvableSystem> AlgebraicSystem<S> {
     /// The equation that makes ∂f_a/∂y_a practically singular, if any; `jacobian` was evaluated at `at`, and `work` is
     /// work space for others.
     ///
     /// The measure is the smallest pivot m, with unknowns in units of their sizes and equations in units of their
     /// largest term so far. S_a is S_d, known to about `atol`, over m: once m falls below atol^(2/3) times its largest
     /// value in this run, at most a third of the digits are left. If m continues to zero
-    /// ([`Algebraic::vanishes_nearby`]), error control that insists on the other digits takes endless steps. An
+    /// ([`AlgebraicSystem::vanishes_nearby`]), error control that insists on the other digits takes endless steps. An
     /// equation that merely became weak, such as that of a diode that closed, still determines its unknown.
     #[inline]
     pub(crate) fn singular_equation(
         &mut self,
         system: &S,
-        at: Point<'_>,
+        at: EvaluationPoint<'_>,
         jacobian: &[f64],
         work: &mut [f64],
         sizes: &[f64],
@@ -60,7 +60,7 @@ impl<S: Solved> Algebraic<S> {
     fn vanishes_nearby(
         &mut self,
         system: &S,
-        at: Point<'_>,
+        at: EvaluationPoint<'_>,
         pivot: Pivot,
         work: &mut [f64],
         sizes: &[f64],
@@ -107,7 +107,7 @@ impl<S: Solved> Algebraic<S> {
     fn pivot_at(
         &mut self,
         system: &S,
-        at: Point<'_>,
+        at: EvaluationPoint<'_>,
         by: f64,
         work: &mut [f64],
         sizes: &[f64],
@@ -118,7 +118,7 @@ impl<S: Solved> Algebraic<S> {
         {
             *moved = y + by * size * d;
         }
-        let point = Point { y: self.trial.as_ref(), ..at };
+        let point = EvaluationPoint { y: self.trial.as_ref(), ..at };
         let (slopes, f, dfdt) = (&self.zero_slopes, &mut self.f, &mut self.dfdt);
         system.linearize(point, slopes.as_ref(), f.as_mut(), work, dfdt.as_mut());
         match self.relative_pivot(&system.signature().jacobian, work, sizes) {
@@ -148,7 +148,7 @@ impl<S: Solved> Algebraic<S> {
     pub(crate) fn vanishing_equation(
         &mut self,
         system: &S,
-        at: Point<'_>,
+        at: EvaluationPoint<'_>,
         jacobian: &[f64],
         work: &mut [f64],
         sizes: &[f64],

@@ -7,10 +7,10 @@ const ONE_TIME: f64 = 4.0 * f64::EPSILON;
 
 /// The clocks of a model after a start.
 #[derive(Debug, Clone, Default)]
-pub(crate) struct Clocks {
+pub(crate) struct StartedClocks {
     /// Those that drive automata last, each in the order of the model: expressions have their values of an instant
     /// before anything acts in it.
-    all: Vec<Ticking>,
+    all: Vec<StartedClock>,
     /// Times of other events, ascending: ticks within rounding of one are moved onto it.
     known: Vec<f64>,
     /// Time of the next tick of any of them, s.
@@ -19,7 +19,7 @@ pub(crate) struct Clocks {
 
 /// A clock after a start.
 #[derive(Debug, Clone)]
-struct Ticking {
+struct StartedClock {
     clock: Clock,
     first: f64,
     period: f64,
@@ -33,7 +33,7 @@ struct Ticking {
 
 /// A tick.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Tick {
+pub(crate) struct ClockTick {
     /// The first condition of the clock; the second gives the period.
     pub(crate) condition: usize,
     /// The automaton that acts.
@@ -44,11 +44,11 @@ pub(crate) struct Tick {
     pub(crate) count: f64,
 }
 
-impl Clocks {
+impl StartedClocks {
     /// The clocks of a run that starts at `from`, given the conditions' times and their values afterwards.
     pub(super) fn new(discrete: &Discrete, times: &[f64], after: &[f64], from: f64) -> Self {
         let ticking = |clock: &Clock| {
-            let mut one = Ticking::new(clock.clone());
+            let mut one = StartedClock::new(clock.clone());
             one.place(
                 times[clock.condition],
                 times[clock.condition + 1],
@@ -57,9 +57,10 @@ impl Clocks {
             );
             one
         };
-        let mut ticking_clocks: Vec<Ticking> = discrete.clocks.iter().map(ticking).collect();
+        let mut ticking_clocks: Vec<StartedClock> = discrete.clocks.iter().map(ticking).collect();
         ticking_clocks.sort_by_key(|one| one.clock.automaton.is_some());
-        let mut clocks = Clocks { all: ticking_clocks, known: Vec::new(), next: f64::INFINITY };
+        let mut clocks =
+            StartedClocks { all: ticking_clocks, known: Vec::new(), next: f64::INFINITY };
         clocks.find_next();
         clocks
     }
@@ -123,14 +124,14 @@ impl Clocks {
     }
 
     /// Makes the next tick.
-    pub(crate) fn tick(&mut self) -> Option<Tick> {
+    pub(crate) fn tick(&mut self) -> Option<ClockTick> {
         let one = self.all.iter_mut().find(|one| one.at == self.next)?;
         let number = one.number(one.next_index())?;
         one.pass();
         let (condition, automaton, count) = (one.clock.condition, one.clock.automaton, one.count);
         one.at = aligned(&self.known, one.at);
         self.find_next();
-        Some(Tick { condition, automaton, number, count })
+        Some(ClockTick { condition, automaton, number, count })
     }
 
     /// Ticks within rounding of the next one are at the same time.
@@ -144,7 +145,7 @@ impl Clocks {
     }
 }
 
-impl Ticking {
+impl StartedClock {
     fn new(clock: Clock) -> Self {
         let (first, period, count) = (f64::NAN, f64::NAN, 0.0);
         Self { clock, first, period, count, at: f64::INFINITY, begins: false }
@@ -262,12 +263,12 @@ mod tests {
     use super::*;
     use crate::signature::{ExactTicks, List};
 
-    fn clock(marks: &'static [f64], exact: Option<ExactTicks>) -> Ticking {
+    fn clock(marks: &'static [f64], exact: Option<ExactTicks>) -> StartedClock {
         let marks = List::Borrowed(marks);
-        Ticking::new(Clock { condition: 0, automaton: None, marks, follows: false, exact })
+        StartedClock::new(Clock { condition: 0, automaton: None, marks, follows: false, exact })
     }
 
-    fn ticks_of(mut clock: Ticking, place: [f64; 3], n: usize) -> (Vec<(f64, f64)>, f64) {
+    fn ticks_of(mut clock: StartedClock, place: [f64; 3], n: usize) -> (Vec<(f64, f64)>, f64) {
         let [first, period, from] = place;
         clock.place(first, period, 0.0, from);
         let count = clock.count;
@@ -322,7 +323,7 @@ mod tests {
 
     #[test]
     fn ticks_that_are_one_time_are_at_one_time() {
-        let mut clocks = Clocks::default();
+        let mut clocks = StartedClocks::default();
         for period in [0.1, 0.1 * 3.0] {
             let mut one = clock(&[], None);
             one.place(0.0, period, 0.0, 0.0);

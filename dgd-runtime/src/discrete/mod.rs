@@ -4,8 +4,10 @@ pub(crate) mod clock;
 mod schedule;
 pub(crate) mod state_selection;
 
-pub(crate) use self::schedule::Schedule;
-use crate::system::{Automaton, Crossing, Discrete, Point, Signature, System, Transition, Trigger};
+pub(crate) use self::schedule::SwitchSchedule;
+use crate::system::{
+    Automaton, Crossing, Discrete, EvaluationPoint, Signature, System, Transition, Trigger,
+};
 
 /// The discrete numbers of a simulation that starts at `t`: every automaton in its starting mode, conditions on time as
 /// they are just after `t`.
@@ -14,14 +16,14 @@ use crate::system::{Automaton, Crossing, Discrete, Point, Signature, System, Tra
 ///
 /// If the number of parameters differs from that of the model.
 pub fn discrete_numbers<S: System>(system: &S, p: &[f64], t: f64) -> Vec<f64> {
-    Schedule::new(system, p, t).z
+    SwitchSchedule::new(system, p, t).z
 }
 
 /// Puts each automaton into the mode of the first of its start conditions that holds; without one it stays in its mode.
 /// `at` has the start values, `z` replaces its discrete numbers, and `e` is work space for the event functions.
 pub(crate) fn choose_start_modes<S: System>(
     system: &S,
-    at: Point<'_>,
+    at: EvaluationPoint<'_>,
     e: &mut [f64],
     z: &mut [f64],
 ) {
@@ -34,7 +36,7 @@ pub(crate) fn choose_start_modes<S: System>(
     }
     // Conditions may share switches with the equations.
     choose_sides(system, at, e, z);
-    system.event_functions(Point { z, ..at }, e);
+    system.event_functions(EvaluationPoint { z, ..at }, e);
     for (position, _) in discrete.automata.iter().enumerate().filter(|(_, a)| chooses(a)) {
         let holding = discrete.transitions().zip(e.iter()).find(|((of, transition), e)| {
             *of == position
@@ -48,7 +50,7 @@ pub(crate) fn choose_start_modes<S: System>(
 }
 
 /// Positions of the transitions of modes and of `when`s whose conditions hold here.
-pub(crate) fn waiting<S: System>(system: &S, at: Point<'_>, e: &mut [f64]) -> Vec<usize> {
+pub(crate) fn waiting<S: System>(system: &S, at: EvaluationPoint<'_>, e: &mut [f64]) -> Vec<usize> {
     let discrete = &system.signature().discrete;
     system.event_functions(at, e);
     let holds = |(k, (position, transition)): (usize, (usize, &Transition))| {
@@ -64,7 +66,7 @@ pub(crate) fn waiting<S: System>(system: &S, at: Point<'_>, e: &mut [f64]) -> Ve
 
 /// Puts switches on the side of their surfaces that y is on, and algebraic unknowns that would exceed a bound at that
 /// bound. `z` replaces the discrete numbers of `at`, and `e` is work space for the event functions.
-pub fn choose_sides<S: System>(system: &S, at: Point<'_>, e: &mut [f64], z: &mut [f64]) {
+pub fn choose_sides<S: System>(system: &S, at: EvaluationPoint<'_>, e: &mut [f64], z: &mut [f64]) {
     let Signature { discrete, unknowns, .. } = system.signature();
     if !discrete.automata.iter().any(|automaton| automaton.kind.chooses_side()) {
         return;
@@ -74,7 +76,7 @@ pub fn choose_sides<S: System>(system: &S, at: Point<'_>, e: &mut [f64], z: &mut
             *z = automaton.start as f64;
         }
     }
-    system.event_functions(Point { z, ..at }, e);
+    system.event_functions(EvaluationPoint { z, ..at }, e);
     count_steps(discrete, e, z);
     for (k, (position, transition)) in discrete.transitions().enumerate() {
         let automaton = &discrete.automata[position];

@@ -1,16 +1,16 @@
 //! When conditions on time switch and clocks tick.
 
-use crate::discrete::clock::{Clocks, aligned, is_one_time};
-use crate::system::{Point, System};
+use crate::discrete::clock::{StartedClocks, aligned, is_one_time};
+use crate::system::{EvaluationPoint, System};
 
 /// The times at which conditions on time switch after a start, and the current discrete numbers.
 #[derive(Debug, Clone)]
-pub(crate) struct Schedule {
+pub(crate) struct SwitchSchedule {
     pub(crate) z: Vec<f64>,
     /// Conditions that switch after the start, by time, then by group.
-    switches: Vec<Switch>,
+    switches: Vec<TimedSwitch>,
     next: usize,
-    pub(crate) clocks: Clocks,
+    pub(crate) clocks: StartedClocks,
     n_automata: usize,
     /// Work space: times and values of all conditions.
     times: Vec<f64>,
@@ -19,7 +19,7 @@ pub(crate) struct Schedule {
 
 /// A condition that switches.
 #[derive(Debug, Clone, Copy)]
-struct Switch {
+struct TimedSwitch {
     t: f64,
     /// Its position among the conditions.
     condition: usize,
@@ -29,15 +29,19 @@ struct Switch {
     group: usize,
 }
 
-impl Schedule {
+impl SwitchSchedule {
     pub(crate) fn new<S: System>(system: &S, p: &[f64], from: f64) -> Self {
         let discrete = &system.signature().discrete;
         let mut z: Vec<f64> = discrete.automata.iter().map(|a| a.start as f64).collect();
         let (n_automata, n) = (z.len(), discrete.n_time_conditions);
         z.resize(n_automata + n, 0.0);
         let (mut times, mut after) = (vec![0.0; n], vec![0.0; n]);
-        system.condition_times(Point { t: from, y: &[], u: &[], p, z: &z }, &mut times, &mut after);
-        let clocks = Clocks::new(discrete, &times, &after, from);
+        system.condition_times(
+            EvaluationPoint { t: from, y: &[], u: &[], p, z: &z },
+            &mut times,
+            &mut after,
+        );
+        let clocks = StartedClocks::new(discrete, &times, &after, from);
         let mut switches = Vec::new();
         for (condition, (&t, &after)) in times.iter().zip(&after).enumerate() {
             if clocks.has(condition) {
@@ -47,7 +51,7 @@ impl Schedule {
             let has_switched = t <= from || is_one_time(t, from, 0.0);
             z[n_automata + condition] = if has_switched { after } else { 1.0 - after };
             if t > from && !has_switched {
-                switches.push(Switch { t, condition, after, group: 0 });
+                switches.push(TimedSwitch { t, condition, after, group: 0 });
             }
         }
         clocks.write(&mut z[n_automata..]);
@@ -63,7 +67,7 @@ impl Schedule {
         let n = dtimes.len().checked_div(n_s).unwrap_or(0);
         let derivatives =
             |condition: usize| (0..n_s).map(move |j| dtimes[j * n + condition].to_bits());
-        let earliest = |switch: &Switch| {
+        let earliest = |switch: &TimedSwitch| {
             (0..switch.condition)
                 .find(|earlier| derivatives(*earlier).eq(derivatives(switch.condition)))
                 .unwrap_or(switch.condition)
@@ -76,7 +80,7 @@ impl Schedule {
 
     /// Switches that are within rounding of one another are at one time.
     fn sort(&mut self) {
-        let by_time = |a: &Switch, b: &Switch| a.t.total_cmp(&b.t);
+        let by_time = |a: &TimedSwitch, b: &TimedSwitch| a.t.total_cmp(&b.t);
         self.switches.sort_by(by_time);
         for k in 1..self.switches.len() {
             let before = self.switches[k - 1].t;
@@ -113,7 +117,7 @@ impl Schedule {
         }
         // A clock depends on others before it only.
         for _ in 0..=self.times.len() {
-            let point = Point { t, y: &[], u: &[], p, z: &self.z };
+            let point = EvaluationPoint { t, y: &[], u: &[], p, z: &self.z };
             system.condition_times(point, &mut self.times, &mut self.after);
             let changes = self.clocks.place_again(&self.times, &self.after, t);
             self.clocks.write(&mut self.z[self.n_automata..]);

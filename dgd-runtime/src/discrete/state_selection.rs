@@ -4,7 +4,7 @@
 //! constraints determine the unknowns that are not states. The solution is the same in all of their modes, so they may
 //! change at any time.
 
-use crate::system::{Point, Signature, Storage, System};
+use crate::system::{EvaluationPoint, Signature, Storage, System};
 
 /// For each automaton, whether it selects states.
 pub(crate) fn selecting(signature: &Signature) -> impl Iterator<Item = bool> + '_ {
@@ -13,13 +13,18 @@ pub(crate) fn selecting(signature: &Signature) -> impl Iterator<Item = bool> + '
 
 /// Changes the modes of these automata in `z` to those that suit `at`, whose own `z` is not read. Returns whether one
 /// changed. `e` is work space for the event functions.
-pub fn select_states<S: System>(system: &S, at: Point<'_>, z: &mut [f64], e: &mut [f64]) -> bool {
+pub fn select_states<S: System>(
+    system: &S,
+    at: EvaluationPoint<'_>,
+    z: &mut [f64],
+    e: &mut [f64],
+) -> bool {
     let signature = system.signature();
     let discrete = &signature.discrete;
     let mut has_changed = false;
     // Each change increases a pivot, so the loop ends.
     for _ in 0..discrete.transitions().count() {
-        system.event_functions(Point { z, ..at }, e);
+        system.event_functions(EvaluationPoint { z, ..at }, e);
         let mut transitions = discrete.transitions().zip(e.iter());
         let due = transitions.find(|((automaton, transition), e)| {
             discrete.automata[*automaton].kind.chooses_states()
@@ -70,7 +75,7 @@ fn tied_by<S: System>(system: &S, k: usize) -> Vec<bool> {
             z[other] = mode as f64;
             for choice in 0..automata[k].modes.len() {
                 z[k] = choice as f64;
-                let point = Point { t: 0.0, y: &y, u: &u, p: &p, z: &z };
+                let point = EvaluationPoint { t: 0.0, y: &y, u: &u, p: &p, z: &z };
                 let masses = if choice == 0 { &mut first } else { &mut mass };
                 system.mass(point, masses.as_mut());
                 if choice > 0 {

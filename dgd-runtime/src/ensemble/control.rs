@@ -6,7 +6,7 @@
 
 use super::lanes::Lanes;
 use super::power::power;
-use crate::integrate::controller::{self, Law};
+use crate::integrate::controller::{self, ControlLaw};
 
 /// A remainder of up to this many natural steps is taken in one step.
 const WHOLE: f64 = 1.01;
@@ -15,7 +15,7 @@ const ABANDONED: f64 = 0.25;
 
 /// Control of the step sizes.
 #[derive(Debug, Clone)]
-pub(super) struct Control {
+pub(super) struct StepControl {
     /// The natural step sizes.
     pub(super) h: Lanes,
     /// 1/k.
@@ -32,11 +32,11 @@ pub(super) struct Control {
     rejected: Lanes,
 }
 
-impl Control {
-    pub(super) fn new(estimate_order: u32, law: Law) -> Self {
+impl StepControl {
+    pub(super) fn new(estimate_order: u32, law: ControlLaw) -> Self {
         let beta = match law {
-            Law::ProportionalIntegral { beta } => beta,
-            Law::Predictive | Law::Piecewise => 0.0,
+            ControlLaw::ProportionalIntegral { beta } => beta,
+            ControlLaw::Predictive | ControlLaw::Piecewise => 0.0,
         };
         Self {
             h: Lanes::ZERO,
@@ -60,7 +60,7 @@ impl Control {
     /// The next steps if `remaining` is left of the segment: equal steps up to its end.
     #[inline(always)]
     pub(super) fn propose(&self, remaining: Lanes) -> Lanes {
-        remaining.with(self.h, |remaining, h| {
+        remaining.combine(self.h, |remaining, h| {
             let ratio = remaining / h;
             if ratio <= WHOLE { remaining } else { remaining / ratio.ceil() }
         })
@@ -83,27 +83,23 @@ impl Control {
             let remembered = before.map(|e| if e > REMEMBERED { e } else { REMEMBERED });
             let correction =
                 power(errors_used, 0.375 * self.beta) * power(remembered, 0.5 * self.beta);
-            let known = before.with(correction, |e, c| if e < f64::INFINITY { c } else { 1.0 });
+            let known = before.combine(correction, |e, c| if e < f64::INFINITY { c } else { 1.0 });
             root * known
         } else {
             // h/h₋₁ (e₋₁/e)^(1/k), if errors rise and it is below 1.
             let rise = (before / errors_used).map(|rise| if rise < 1.0 { rise } else { 1.0 });
             let prediction = tried / self.previous_h * power(rise, 0.5 * self.exponent);
             let least = prediction.map(|p| if p < 1.0 { p } else { 1.0 });
-            root * rise.with(least, |rise, least| if rise < 1.0 { least } else { 1.0 })
+            root * rise.combine(least, |rise, least| if rise < 1.0 { least } else { 1.0 })
         };
 
         // Accepted.
         let factor = factor.map(|f| f.clamp(LEAST_AFTER_ACCEPTANCE, MOST_GROWTH));
-        let factor =
-            factor.with(
-                self.rejected,
-                |factor, rejected| {
-                    if rejected > 0.0 && factor > 1.0 { 1.0 } else { factor }
-                },
-            );
+        let factor = factor.combine(self.rejected, |factor, rejected| {
+            if rejected > 0.0 && factor > 1.0 { 1.0 } else { factor }
+        });
         let changed = tried * factor;
-        let longest = h.with(changed, |h, changed| if h > changed { h } else { changed });
+        let longest = h.combine(changed, |h, changed| if h > changed { h } else { changed });
         let is_growth = factor.lanes_where(factor, |factor, _| factor >= 1.0);
         let mut next = changed.choose(longest, is_growth);
 
@@ -124,7 +120,7 @@ impl Control {
         // Rejected, or not evaluated.
         let shrink = root.map(|root| root.clamp(LEAST_AFTER_REJECTION, SAFETY));
         let factor =
-            errors.with(shrink, |e, shrink| if e <= f64::MAX { shrink } else { ABANDONED });
+            errors.combine(shrink, |e, shrink| if e <= f64::MAX { shrink } else { ABANDONED });
         let accepted = errors.lanes_where(errors, |e, _| e <= 1.0);
         self.h = (tried * factor).choose(next, accepted);
 

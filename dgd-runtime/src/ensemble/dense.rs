@@ -3,7 +3,7 @@
 #![allow(clippy::inline_always)]
 
 use super::lanes::LaneStorage;
-use crate::solved::Solved;
+use crate::solved::SolvableSystem;
 use crate::system::Storage;
 
 /// cₗ of each unknown, θ = (t − t₀)/h:
@@ -11,7 +11,7 @@ use crate::system::Storage;
 /// ```text
 ///   y(t₀ + θ h) = y + θ (c₁ + θ (c₂ + θ (c₃ + θ c₄)))
 /// ```
-pub(super) struct Polynomials<S: Solved> {
+pub(super) struct DensePolynomials<S: SolvableSystem> {
     pub(super) c: [<S::Vector as Storage>::Lanes; 4],
 }
 
@@ -24,7 +24,7 @@ pub(super) struct LaneStep {
     pub(super) per_h: f64,
 }
 
-impl<S: Solved> Polynomials<S> {
+impl<S: SolvableSystem> DensePolynomials<S> {
     pub(super) fn new(n: usize) -> Self {
         Self { c: std::array::from_fn(|_| <S::Vector as Storage>::Lanes::zeros(n)) }
     }

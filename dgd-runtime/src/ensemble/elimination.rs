@@ -132,7 +132,7 @@ fn weigh(
     }
     for ((&row, &column), value) in jacobian.rows.iter().zip(jacobian.columns.iter()).zip(values) {
         let share = (*value * sizes[column]).map(f64::abs);
-        weights[row] = share.with(weights[row], |new, old| if new > old { new } else { old });
+        weights[row] = share.combine(weights[row], |new, old| if new > old { new } else { old });
     }
     for (own, mass) in weights.iter_mut().zip(mass) {
         *own = own.map(|largest| weight(largest, *mass != 0.0));
@@ -158,7 +158,7 @@ fn choose_pivot(
             let is_larger = magnitude.0[l] > largest.0[l];
             chosen.0[l] = if is_larger { row } else { chosen.0[l] };
         }
-        largest = magnitude.with(largest, |new, old| if new > old { new } else { old });
+        largest = magnitude.combine(largest, |new, old| if new > old { new } else { old });
     }
     *pivot_row = chosen;
     if chosen.0 == [k as f64; LANES] {

@@ -2,16 +2,16 @@
 
 #![allow(clippy::inline_always)]
 
-use super::dense::Polynomials;
+use super::dense::DensePolynomials;
 use super::lanes::{LANES, LaneStorage, Lanes};
 use super::stage::{LaneInputs, LaneTrial};
 use crate::integrate::tableaux::MAX_STAGES;
 use crate::integrate::tableaux::RungeKuttaTableau;
-use crate::solved::Solved;
+use crate::solved::SolvableSystem;
 use crate::system::Storage;
 
 /// Work space.
-pub(super) struct Explicit<S: Solved> {
+pub(super) struct ExplicitLanes<S: SolvableSystem> {
     stage: <S::Vector as Storage>::Lanes,
     k: [<S::Vector as Storage>::Lanes; MAX_STAGES],
     error: <S::Vector as Storage>::Lanes,
@@ -19,7 +19,7 @@ pub(super) struct Explicit<S: Solved> {
     pub(super) is_fresh: [bool; LANES],
 }
 
-impl<S: Solved> Explicit<S> {
+impl<S: SolvableSystem> ExplicitLanes<S> {
     pub(super) fn new(n: usize) -> Self {
         let zeros = || <S::Vector as Storage>::Lanes::zeros(n);
         Self {
@@ -92,7 +92,7 @@ impl<S: Solved> Explicit<S> {
         &self,
         tableau: &RungeKuttaTableau,
         h: Lanes,
-        out: &mut Polynomials<S>,
+        out: &mut DensePolynomials<S>,
     ) {
         for (l, c) in out.c.iter_mut().enumerate() {
             for (i, c) in c.lanes_mut().iter_mut().enumerate() {

@@ -5,12 +5,12 @@ use super::power::power;
 use crate::linalg::norm::Tolerances;
 use crate::problem::Problem;
 use crate::signal::Segment;
-use crate::solved::Solved;
-use crate::system::{Point, Storage};
+use crate::solved::SolvableSystem;
+use crate::system::{EvaluationPoint, Storage};
 
 /// The start of a member.
 #[derive(Clone, Copy)]
-pub(super) struct Start<'a> {
+pub(super) struct MemberStart<'a> {
     pub(super) t: f64,
     pub(super) y: &'a [f64],
     /// Sizes of the unknowns.
@@ -29,23 +29,23 @@ pub(super) struct Start<'a> {
 /// # Source
 ///
 /// Hairer, Nørsett and Wanner, Solving Ordinary Differential Equations I, 2nd ed. (1993), §II.4.
-pub(super) fn first_step<S: Solved>(
+pub(super) fn first_step<S: SolvableSystem>(
     problem: &Problem<'_, S>,
     segment: Segment<'_>,
-    start: Start<'_>,
+    start: MemberStart<'_>,
     tolerances: Tolerances,
     estimate_order: u32,
     span: f64,
 ) -> f64 {
     let Problem { system, p, .. } = *problem;
-    let Start { t: from, y, sizes, mass } = start;
+    let MemberStart { t: from, y, sizes, mass } = start;
     let n = y.len();
     let size = |values: &[f64]| tolerances.mean_square(values, y, y, sizes).sqrt();
     let mut u = S::Inputs::zeros(segment.u.len());
     let (mut slope, mut slope_new) = (S::Vector::zeros(n), S::Vector::zeros(n));
     let mut rhs = |t: f64, y: &[f64], f: &mut [f64]| {
         segment.value(t, u.as_mut());
-        system.rhs(Point { t, y, u: u.as_ref(), p, z: &[] }, f);
+        system.rhs(EvaluationPoint { t, y, u: u.as_ref(), p, z: &[] }, f);
         for (f, mass) in f.iter_mut().zip(mass) {
             *f *= mass;
         }

@@ -7,11 +7,11 @@
 // Loops become vector operations of the caller's width only if they are inlined into it.
 #![allow(clippy::inline_always)]
 
-use crate::system::{Point, Signature, System};
+use crate::system::{EvaluationPoint, Signature, System};
 
 pub use crate::system::storage::{LANES, LaneStorage, Lanes};
 
-/// Several points at which a model is evaluated; lengths are those of a [`Point`]. Not for models with discrete
+/// Several points at which a model is evaluated; lengths are those of a [`EvaluationPoint`]. Not for models with discrete
 /// numbers.
 #[derive(Debug, Clone, Copy)]
 pub struct LanePoint<'a> {
@@ -74,7 +74,7 @@ pub fn rhs<S: System, const N: usize, const U: usize, const P: usize>(
     for l in 0..LANES {
         let (y, u, p) = (lane(&y, l), lane(&u, l), lane(&p, l));
         let mut row = [0.0; N];
-        system.rhs(Point { t: t.0[l], y: &y, u: &u, p: &p, z: &[] }, &mut row);
+        system.rhs(EvaluationPoint { t: t.0[l], y: &y, u: &u, p: &p, z: &[] }, &mut row);
         set_lane(&mut values, l, &row);
     }
     *fixed_mut::<N>(f) = values;
@@ -101,7 +101,7 @@ pub fn linearize<S: System, const N: usize, const U: usize, const P: usize, cons
     for l in 0..LANES {
         let (y, u, p) = (lane(&y, l), lane(&u, l), lane(&p, l));
         let (mut row, mut entries, mut slope) = ([0.0; N], [0.0; J], [0.0; N]);
-        let point = Point { t: t.0[l], y: &y, u: &u, p: &p, z: &[] };
+        let point = EvaluationPoint { t: t.0[l], y: &y, u: &u, p: &p, z: &[] };
         system.linearize(point, &lane(&udot, l), &mut row, &mut entries, &mut slope);
         set_lane(&mut rows, l, &row);
         set_lane(&mut values, l, &entries);
@@ -128,7 +128,7 @@ pub fn outputs<S: System, const N: usize, const U: usize, const P: usize, const 
     for l in 0..LANES {
         let (y, u, p) = (lane(&y, l), lane(&u, l), lane(&p, l));
         let mut row = [0.0; W];
-        system.outputs(Point { t: t.0[l], y: &y, u: &u, p: &p, z: &[] }, &mut row);
+        system.outputs(EvaluationPoint { t: t.0[l], y: &y, u: &u, p: &p, z: &[] }, &mut row);
         set_lane(&mut values, l, &row);
     }
     *fixed_mut::<W>(w) = values;
@@ -157,12 +157,12 @@ fn scatter(values: &[f64], l: usize, numbers: &mut [Lanes]) {
 }
 
 /// Calls `evaluate` with the point of each lane.
-fn each_point(at: LanePoint<'_>, mut evaluate: impl FnMut(usize, Point<'_>)) {
+fn each_point(at: LanePoint<'_>, mut evaluate: impl FnMut(usize, EvaluationPoint<'_>)) {
     let (mut y, mut u, mut p) = ([0.0; MOST], [0.0; MOST], [0.0; MOST]);
     for l in 0..LANES {
         let (y, u) = (gather(at.y, l, &mut y), gather(at.u, l, &mut u));
         let p = gather(at.p, l, &mut p);
-        evaluate(l, Point { t: at.t.0[l], y, u, p, z: &[] });
+        evaluate(l, EvaluationPoint { t: at.t.0[l], y, u, p, z: &[] });
     }
 }
 

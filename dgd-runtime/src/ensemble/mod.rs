@@ -29,9 +29,9 @@ use crate::error::Failure;
 use crate::problem::{Options, Problem};
 use crate::signal::Inputs;
 use crate::solution::Statistics;
-use crate::solved::Solved;
+use crate::solved::SolvableSystem;
 use crate::system::Signature;
-use pack::Pack;
+use pack::LaneEngine;
 
 /// A model and its members.
 #[derive(Debug)]
@@ -55,7 +55,7 @@ pub struct Member<'a> {
 
 impl<'a> Member<'a> {
     /// The member as a problem of its own.
-    pub fn of<S>(&self, system: &'a S) -> Problem<'a, S> {
+    pub fn to_problem<S>(&self, system: &'a S) -> Problem<'a, S> {
         Problem { system, p: self.p, inputs: self.inputs, start: self.start }
     }
 }
@@ -117,12 +117,12 @@ impl<'a> Trajectory<'a> {
     }
 
     /// An owned copy.
-    pub fn to_kept(&self) -> Kept {
+    pub fn to_kept(&self) -> OwnedTrajectory {
         let results = |kind: usize| {
             let count = self.values[kind].len() / self.stride.max(1);
             (0..count).flat_map(|i| self.quantity(kind, i)).copied().collect()
         };
-        Kept {
+        OwnedTrajectory {
             values: [results(0), results(1), results(2), results(3)],
             statistics: self.statistics,
         }
@@ -131,14 +131,14 @@ impl<'a> Trajectory<'a> {
 
 /// The owned results of a member.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Kept {
+pub struct OwnedTrajectory {
     /// Counts of the work done.
     pub statistics: Statistics,
     /// As in [`Trajectory`], without gaps.
     values: [Vec<f64>; 4],
 }
 
-impl Kept {
+impl OwnedTrajectory {
     /// Values from another source: unknowns and outputs, each at all times.
     pub fn new(unknowns: Vec<f64>, outputs: Vec<f64>, statistics: Statistics) -> Self {
         Self { statistics, values: [unknowns, outputs, Vec::new(), Vec::new()] }
@@ -149,7 +149,7 @@ impl Kept {
     /// # Panics
     ///
     /// If quantities are read with a different number of times.
-    pub fn at<'a>(&'a self, times: &'a [f64]) -> Trajectory<'a> {
+    pub fn to_trajectory<'a>(&'a self, times: &'a [f64]) -> Trajectory<'a> {
         let values = self.values.each_ref().map(Vec::as_slice);
         Trajectory { times, statistics: self.statistics, values, stride: times.len() }
     }
@@ -157,7 +157,7 @@ impl Kept {
 
 /// The quantities to compute for each member.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub enum Wanted {
+pub enum EnsembleQuantities {
     /// Only unknowns.
     Unknowns,
     /// Unknowns and outputs.
@@ -169,13 +169,13 @@ pub enum Wanted {
 
 /// Runs all members to all requested `times` on up to `threads` threads, and returns their results in order; a failure
 /// concerns only its own member.
-pub fn simulate<S: Solved + Clone + Send>(
+pub fn simulate<S: SolvableSystem + Clone + Send>(
     ensemble: &Ensemble<'_, S>,
     times: &[f64],
     options: &Options,
     threads: usize,
-) -> Vec<Result<Kept, Failure>> {
-    reduce(ensemble, times, options, Wanted::Values, threads, |_, outcome| {
+) -> Vec<Result<OwnedTrajectory, Failure>> {
+    reduce(ensemble, times, options, EnsembleQuantities::Values, threads, |_, outcome| {
         outcome.map(|trajectory| trajectory.to_kept())
     })
 }
@@ -187,11 +187,11 @@ pub fn members_at_a_time(signature: &Signature) -> usize {
 
 /// Like [`simulate`], but returns what `reduce` makes of each member instead of all its values; `reduce` receives the
 /// member's number.
-pub fn reduce<S: Solved + Clone + Send, T: Send>(
+pub fn reduce<S: SolvableSystem + Clone + Send, T: Send>(
     ensemble: &Ensemble<'_, S>,
     times: &[f64],
     options: &Options,
-    wanted: Wanted,
+    wanted: EnsembleQuantities,
     threads: usize,
     reduce: impl Fn(usize, Result<Trajectory<'_>, Failure>) -> T + Sync,
 ) -> Vec<T> {
@@ -210,19 +210,19 @@ pub fn reduce<S: Solved + Clone + Send, T: Send>(
 }
 
 /// Runs the members of one thread.
-fn run_part<'a, S: Solved, T>(
+fn run_part<'a, S: SolvableSystem, T>(
     system: &'a S,
     members: &'a [Member<'a>],
     times: &'a [f64],
     options: &'a Options,
-    wanted: Wanted,
+    wanted: EnsembleQuantities,
     reduce: impl Fn(usize, Result<Trajectory<'_>, Failure>) -> T,
 ) -> Vec<T> {
     let mut results: Vec<Option<T>> = members.iter().map(|_| None).collect();
-    let has_lanes = wanted != Wanted::Sensitivities && lanes::suit(system.signature());
-    if has_lanes && let Some(mut pack) = Pack::new(system, times, options, wanted) {
+    let has_lanes = wanted != EnsembleQuantities::Sensitivities && lanes::suit(system.signature());
+    if has_lanes && let Some(mut pack) = LaneEngine::new(system, times, options, wanted) {
         let mut waiting = members.iter().enumerate();
-        let next = || waiting.next().map(|(i, member)| (i, member.of(system)));
+        let next = || waiting.next().map(|(i, member)| (i, member.to_problem(system)));
         pack.run(next, |done| {
             // Missing members are run below.
             if let Ok(done) = done {
@@ -238,9 +238,9 @@ fn run_part<'a, S: Solved, T>(
     }
     let singly = |(i, result): (usize, Option<T>)| {
         result.unwrap_or_else(|| {
-            let outcome = single::run(&members[i].of(system), times, options, wanted);
+            let outcome = single::run(&members[i].to_problem(system), times, options, wanted);
             let outcome = outcome.as_ref().map_err(Failure::clone);
-            reduce(i, outcome.map(|kept| kept.at(times)))
+            reduce(i, outcome.map(|kept| kept.to_trajectory(times)))
         })
     };
     results.into_iter().enumerate().map(singly).collect()

@@ -3,15 +3,15 @@
 #![allow(clippy::inline_always)]
 
 use super::lanes::{LANES, LanePoint, LaneStorage, Lanes};
-use super::times::{Times, eight};
+use super::times::{PaddedTimes, eight};
 use crate::problem::Problem;
-use crate::signal::Side;
+use crate::signal::LimitSide;
 use crate::solution::side;
-use crate::solved::Solved;
+use crate::solved::SolvableSystem;
 use crate::system::Storage;
 
 /// Work space.
-pub(super) struct Observer<S: Solved> {
+pub(super) struct LaneObserver<S: SolvableSystem> {
     y: <S::Vector as Storage>::Lanes,
     u: <S::Inputs as Storage>::Lanes,
     now: S::Inputs,
@@ -21,7 +21,7 @@ pub(super) struct Observer<S: Solved> {
     pub(super) outputs: Vec<f64>,
 }
 
-impl<S: Solved> Observer<S> {
+impl<S: SolvableSystem> LaneObserver<S> {
     /// Work space for `stride` numbers of each output; zero if outputs are not wanted.
     pub(super) fn new(system: &S, stride: usize) -> Self {
         let signature = system.signature();
@@ -38,7 +38,12 @@ impl<S: Solved> Observer<S> {
 
     /// Evaluates the outputs at all `times`; `rows` has the unknowns, one after the other.
     #[inline(always)]
-    pub(super) fn observe(&mut self, problem: &Problem<'_, S>, times: &Times<'_>, rows: &[f64]) {
+    pub(super) fn observe(
+        &mut self,
+        problem: &Problem<'_, S>,
+        times: &PaddedTimes<'_>,
+        rows: &[f64],
+    ) {
         if self.outputs.is_empty() {
             return;
         }
@@ -75,7 +80,7 @@ impl<S: Solved> Observer<S> {
             }
         }
         let first = inputs.segment_at(times[first], side(times, first));
-        let last = inputs.segment_at(times[last], Side::Right);
+        let last = inputs.segment_at(times[last], LimitSide::Right);
         let segment = inputs.segment(last);
         if first == last && segment.is_constant() { segment.t1 } else { f64::NEG_INFINITY }
     }

@@ -9,42 +9,42 @@
 
 #![allow(clippy::inline_always)]
 
-use super::Wanted;
-use super::control::Control;
-use super::dense::{LaneStep, Polynomials};
-use super::explicit::Explicit;
-use super::first_step::{Start, first_step};
+use super::EnsembleQuantities;
+use super::control::StepControl;
+use super::dense::{DensePolynomials, LaneStep};
+use super::explicit::ExplicitLanes;
+use super::first_step::{MemberStart, first_step};
 use super::lanes::{LANES, LaneStorage, Lanes};
-use super::observer::Observer;
-use super::rosenbrock::Rosenbrock;
+use super::observer::LaneObserver;
+use super::rosenbrock::RosenbrockLanes;
 use super::stage::{LaneInputs, LaneTrial, mean_square};
-use super::times::Times;
-use crate::algebraic::{Algebraic, AlgebraicPoint};
+use super::times::PaddedTimes;
+use crate::algebraic::{AlgebraicPoint, AlgebraicSystem};
 use crate::integrate::catalogue::MethodKind;
-use crate::integrate::drive::Drive;
+use crate::integrate::drive::InputCursor;
 use crate::integrate::fixed_step::Steps;
 use crate::integrate::record::before_change;
-use crate::integrate::record::projection::{Projection, Rows};
+use crate::integrate::record::projection::{Projection, StepRows};
 use crate::integrate::start::consistent::start_values;
-use crate::integrate::watched::Watched;
+use crate::integrate::watched::RunMonitor;
 use crate::integrate::{verify_inputs, verify_request};
 use crate::linalg::norm::Tolerances;
-use crate::linalg::width::{Width, Work};
+use crate::linalg::width::{VectorWidth, WidthTask};
 use crate::problem::{Options, Problem, unknown_sizes};
-use crate::signal::{Segment, Side};
+use crate::signal::{LimitSide, Segment};
 use crate::solution::{Statistics, side};
-use crate::solved::Solved;
-use crate::system::{Point, Storage};
+use crate::solved::SolvableSystem;
+use crate::system::{EvaluationPoint, Storage};
 
 /// The method with which lanes step.
-enum LaneMethod<S: Solved> {
-    Rosenbrock(Box<Rosenbrock<S>>),
-    Explicit(Box<Explicit<S>>),
+enum LaneMethod<S: SolvableSystem> {
+    Rosenbrock(Box<RosenbrockLanes<S>>),
+    Explicit(Box<ExplicitLanes<S>>),
 }
 
 /// State of a lane.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Fate {
+pub(super) enum LaneStatus {
     /// It is running.
     UnderWay,
     /// All requested times are recorded.
@@ -54,7 +54,7 @@ pub(super) enum Fate {
 }
 
 /// The member in a lane.
-struct Seat<'a, S> {
+struct LaneMember<'a, S> {
     problem: Problem<'a, S>,
     /// Its number.
     member: usize,
@@ -64,18 +64,18 @@ struct Seat<'a, S> {
     statistics: Statistics,
     /// Unknown by unknown, each at all requested times.
     rows: Vec<f64>,
-    fate: Fate,
+    fate: LaneStatus,
 }
 
 /// Running members.
-pub(super) struct Pack<'a, S: Solved> {
+pub(super) struct LaneEngine<'a, S: SolvableSystem> {
     system: &'a S,
-    times: Times<'a>,
+    times: PaddedTimes<'a>,
     options: &'a Options,
     tolerances: Tolerances,
-    pub(super) width: Width,
+    pub(super) width: VectorWidth,
     family: LaneMethod<S>,
-    control: Control,
+    control: StepControl,
     inputs: LaneInputs<S>,
     t: Lanes,
     /// End of the segment of each lane, or of the run.
@@ -87,19 +87,19 @@ pub(super) struct Pack<'a, S: Solved> {
     sizes: <S::Vector as Storage>::Lanes,
     p: Vec<Lanes>,
     mass: S::Vector,
-    dense: Polynomials<S>,
+    dense: DensePolynomials<S>,
     accepted: [bool; LANES],
-    seats: [Option<Seat<'a, S>>; LANES],
+    seats: [Option<LaneMember<'a, S>>; LANES],
     /// Work space.
-    algebraic: Algebraic<S>,
+    algebraic: AlgebraicSystem<S>,
     jacobian: S::Jacobian,
     row: S::Vector,
     slope: S::Vector,
-    observer: Observer<S>,
+    observer: LaneObserver<S>,
 }
 
 /// Results of a finished member.
-pub(super) struct Done<'a> {
+pub(super) struct FinishedMember<'a> {
     pub(super) member: usize,
     pub(super) unknowns: &'a [f64],
     pub(super) outputs: &'a [f64],
@@ -108,17 +108,17 @@ pub(super) struct Done<'a> {
     pub(super) statistics: Statistics,
 }
 
-impl<'a, S: Solved> Pack<'a, S> {
+impl<'a, S: SolvableSystem> LaneEngine<'a, S> {
     /// Lanes for members of this system; `None` if its method has no lanes, or the request is invalid.
     pub(super) fn new(
         system: &'a S,
         times: &'a [f64],
         options: &'a Options,
-        wanted: Wanted,
+        wanted: EnsembleQuantities,
     ) -> Option<Self> {
         verify_request(times, options).ok()?;
-        let times = Times::new(times);
-        let of_outputs = if wanted == Wanted::Unknowns { 0 } else { times.stride() };
+        let times = PaddedTimes::new(times);
+        let of_outputs = if wanted == EnsembleQuantities::Unknowns { 0 } else { times.stride() };
         let signature = system.signature();
         let n = signature.unknowns.len();
         if let Steps::PerSample(_) = options.steps {
@@ -129,21 +129,23 @@ impl<'a, S: Solved> Pack<'a, S> {
             return None;
         }
         let family = match options.method.kind {
-            MethodKind::Rosenbrock(_) => LaneMethod::Rosenbrock(Box::new(Rosenbrock::new(system))),
-            MethodKind::Explicit(_) => LaneMethod::Explicit(Box::new(Explicit::new(n))),
+            MethodKind::Rosenbrock(_) => {
+                LaneMethod::Rosenbrock(Box::new(RosenbrockLanes::new(system)))
+            }
+            MethodKind::Explicit(_) => LaneMethod::Explicit(Box::new(ExplicitLanes::new(n))),
             MethodKind::Esdirk(_) | MethodKind::Bdf(_) | MethodKind::Taylor(_) => return None,
         };
         let kind = options.method.kind;
         let zeros = || <S::Vector as Storage>::Lanes::zeros(n);
-        let algebraic = Algebraic::new(system);
+        let algebraic = AlgebraicSystem::new(system);
         Some(Self {
             system,
             times,
             options,
             tolerances: Tolerances { rtol: options.rtol, atol: options.atol },
-            width: Width::widest(),
+            width: VectorWidth::widest(),
             family,
-            control: Control::new(kind.estimate_order(options.rtol), kind.law()),
+            control: StepControl::new(kind.estimate_order(options.rtol), kind.law()),
             inputs: LaneInputs::new(signature.n_u()),
             t: Lanes::ZERO,
             end: Lanes::ZERO,
@@ -154,14 +156,14 @@ impl<'a, S: Solved> Pack<'a, S> {
             sizes: zeros(),
             p: vec![Lanes::ZERO; signature.parameters.len()],
             mass: algebraic.mass.clone(),
-            dense: Polynomials::new(n),
+            dense: DensePolynomials::new(n),
             accepted: [false; LANES],
             seats: std::array::from_fn(|_| None),
             algebraic,
             jacobian: S::Jacobian::zeros(signature.jacobian.len()),
             row: S::Vector::zeros(n),
             slope: S::Vector::zeros(n),
-            observer: Observer::new(system, of_outputs),
+            observer: LaneObserver::new(system, of_outputs),
         })
     }
 
@@ -170,18 +172,18 @@ impl<'a, S: Solved> Pack<'a, S> {
     pub(super) fn run(
         &mut self,
         mut next: impl FnMut() -> Option<(usize, Problem<'a, S>)>,
-        mut done: impl FnMut(Result<Done<'_>, usize>),
+        mut done: impl FnMut(Result<FinishedMember<'_>, usize>),
     ) {
         loop {
             let mut is_empty = true;
             for l in 0..LANES {
                 // A member may be finished immediately.
-                while self.seats[l].as_ref().is_none_or(|seat| seat.fate != Fate::UnderWay) {
+                while self.seats[l].as_ref().is_none_or(|seat| seat.fate != LaneStatus::UnderWay) {
                     if let Some(seat) = &self.seats[l] {
                         let (member, fate) = (seat.member, seat.fate);
                         match fate {
-                            Fate::Done => done(Ok(self.show(l))),
-                            Fate::Stopped | Fate::UnderWay => done(Err(member)),
+                            LaneStatus::Done => done(Ok(self.show(l))),
+                            LaneStatus::Stopped | LaneStatus::UnderWay => done(Err(member)),
                         }
                     }
                     let Some((member, problem)) = next() else {
@@ -193,10 +195,10 @@ impl<'a, S: Solved> Pack<'a, S> {
                 is_empty &= self.seats[l].is_none();
             }
             // Remaining members are run one by one, and stop at once.
-            if is_empty || self.options.watched.is_some_and(Watched::is_stopped) {
+            if is_empty || self.options.watched.is_some_and(RunMonitor::is_stopped) {
                 return;
             }
-            self.width.run(Step(self));
+            self.width.run(LaneSteps(self));
             for l in 0..LANES {
                 self.follow_up(l);
             }
@@ -215,39 +217,39 @@ impl<'a, S: Solved> Pack<'a, S> {
         let before = self.seats[l].take();
         let n = self.system.signature().unknowns.len();
         let rows = before.map_or_else(|| vec![0.0; n * self.times.stride()], |seat| seat.rows);
-        self.seats[l] = Some(Seat {
+        self.seats[l] = Some(LaneMember {
             problem,
             member,
             segment: 0,
             recorded: 0,
             statistics: Statistics { segments: 1, ..Statistics::default() },
             rows,
-            fate: Fate::UnderWay,
+            fate: LaneStatus::UnderWay,
         });
-        let fate = self.begin(l, problem).unwrap_or(Fate::Stopped);
+        let fate = self.begin(l, problem).unwrap_or(LaneStatus::Stopped);
         if let Some(seat) = &mut self.seats[l] {
             seat.fate = fate;
         }
     }
 
     /// Computes start values and the first step; `None` on failure.
-    fn begin(&mut self, l: usize, problem: Problem<'a, S>) -> Option<Fate> {
+    fn begin(&mut self, l: usize, problem: Problem<'a, S>) -> Option<LaneStatus> {
         problem.verify().ok()?;
         verify_inputs(&problem, self.times.asked).ok()?;
         let (Some(&from), Some(&until)) = (self.times.asked.first(), self.times.asked.last())
         else {
-            return Some(Fate::Done);
+            return Some(LaneStatus::Done);
         };
         if !matches!(self.options.method.kind, MethodKind::Rosenbrock(_))
             && !self.algebraic.is_empty()
         {
             return None;
         }
-        let index = problem.inputs.segment_at(from, Side::Right);
+        let index = problem.inputs.segment_at(from, LimitSide::Right);
         let segment = problem.inputs.segment(index);
         let mut u = S::Inputs::zeros(problem.inputs.len());
         segment.value(from, u.as_mut());
-        let point = Point { t: from, y: &[], u: u.as_ref(), p: problem.p, z: &[] };
+        let point = EvaluationPoint { t: from, y: &[], u: u.as_ref(), p: problem.p, z: &[] };
         if self.system.signature().start_is_found() {
             return None;
         }
@@ -277,20 +279,21 @@ impl<'a, S: Solved> Pack<'a, S> {
         }
         self.record_now(l);
         if from == until {
-            return Some(Fate::Done);
+            return Some(LaneStatus::Done);
         }
         let span = self.end.0[l] - from;
         let h = self.options.initial_step.unwrap_or_else(|| {
             let sizes = self.slope.as_ref();
             let order = self.options.method.kind.estimate_order(self.options.rtol);
-            let start = Start { t: from, y: self.row.as_ref(), sizes, mass: self.mass.as_ref() };
+            let start =
+                MemberStart { t: from, y: self.row.as_ref(), sizes, mass: self.mass.as_ref() };
             first_step(&problem, segment, start, self.tolerances, order, span)
         });
         self.control.begin(l, h);
         if let Some(seat) = &mut self.seats[l] {
             seat.statistics.evaluations += 2;
         }
-        Some(Fate::UnderWay)
+        Some(LaneStatus::UnderWay)
     }
 
     /// Tries a step in each lane, and records requested values if it is accepted.
@@ -354,7 +357,7 @@ impl<'a, S: Solved> Pack<'a, S> {
             let Some(seat) = &mut self.seats[l] else { continue };
             let step = LaneStep { lane: l, t, per_h: 1.0 / (t_new - t) };
             let (stride, first) = (self.times.stride(), seat.recorded);
-            let count = self.times.before(first, t_new);
+            let count = self.times.count_before(first, t_new);
             // The next step overwrites values beyond this one.
             let eights = first..first + count.next_multiple_of(LANES);
             let requested = &self.times.all()[eights.clone()];
@@ -416,16 +419,16 @@ impl<'a, S: Solved> Pack<'a, S> {
             // The same limit as in the integrator.
             let least = 4.0 * f64::EPSILON * t.abs().max(f64::EPSILON * self.times.span);
             if self.control.h.0[l].is_nan() || self.control.h.0[l] <= least {
-                seat.fate = Fate::Stopped;
+                seat.fate = LaneStatus::Stopped;
                 return;
             }
         }
         if t < end {
             if seat.statistics.steps + seat.statistics.rejected >= self.options.max_steps {
-                seat.fate = Fate::Stopped;
+                seat.fate = LaneStatus::Stopped;
             }
         } else {
-            let fate = self.end_segment(l).unwrap_or(Fate::Stopped);
+            let fate = self.end_segment(l).unwrap_or(LaneStatus::Stopped);
             if let Some(seat) = &mut self.seats[l] {
                 seat.fate = fate;
             }
@@ -433,11 +436,11 @@ impl<'a, S: Solved> Pack<'a, S> {
     }
 
     /// Continues with the next segment in lane l; `None` on failure.
-    fn end_segment(&mut self, l: usize) -> Option<Fate> {
+    fn end_segment(&mut self, l: usize) -> Option<LaneStatus> {
         let (t, until) = (self.t.0[l], *self.times.asked.last()?);
         let seat = self.seats[l].as_mut()?;
         if seat.recorded == self.times.asked.len() {
-            return Some(Fate::Done);
+            return Some(LaneStatus::Done);
         }
         let inputs = seat.problem.inputs;
         let before = inputs.segment(seat.segment);
@@ -456,7 +459,11 @@ impl<'a, S: Solved> Pack<'a, S> {
         }
         self.record_now(l);
         let seat = self.seats[l].as_ref()?;
-        Some(if seat.recorded == self.times.asked.len() { Fate::Done } else { Fate::UnderWay })
+        Some(if seat.recorded == self.times.asked.len() {
+            LaneStatus::Done
+        } else {
+            LaneStatus::UnderWay
+        })
     }
 
     /// Makes algebraic unknowns of lane l consistent if a jump of the inputs affects their equations.
@@ -470,10 +477,10 @@ impl<'a, S: Solved> Pack<'a, S> {
         let mut u = S::Inputs::zeros(after.u.len());
         let (mut f, mut f_new) = (self.slope.clone(), self.slope.clone());
         before.value(t, u.as_mut());
-        let point = Point { t, y: y.as_ref(), u: u.as_ref(), p, z: &[] };
+        let point = EvaluationPoint { t, y: y.as_ref(), u: u.as_ref(), p, z: &[] };
         self.system.rhs(point, f.as_mut());
         after.value(t, u.as_mut());
-        let point = Point { t, y: y.as_ref(), u: u.as_ref(), p, z: &[] };
+        let point = EvaluationPoint { t, y: y.as_ref(), u: u.as_ref(), p, z: &[] };
         self.system.rhs(point, f_new.as_mut());
         seat.statistics.evaluations += 2;
         if !self.algebraic.differs(f.as_ref(), f_new.as_ref()) {
@@ -500,18 +507,19 @@ impl<'a, S: Solved> Pack<'a, S> {
         if self.algebraic.is_empty() {
             return;
         }
-        let Seat { problem, rows, .. } = seat;
+        let LaneMember { problem, rows, .. } = seat;
         let (system, inputs, stride) = (self.system, problem.inputs, self.times.stride());
         for (size, lanes) in self.slope.as_mut().iter_mut().zip(self.sizes.lanes()) {
             *size = lanes.0[l];
         }
         self.algebraic.enter_modes(self.mass.as_ref());
-        let mut segment = inputs.segment_at(from, Side::Right);
-        let mut drive = Drive::new(problem, inputs.segment(segment), from, 0, self.tolerances);
+        let mut segment = inputs.segment_at(from, LimitSide::Right);
+        let mut drive =
+            InputCursor::new(problem, inputs.segment(segment), from, 0, self.tolerances);
         // The matrix of one row usually serves the next.
         let mut projection = Projection::new(system, 0);
         let (sizes, tolerances) = (self.slope.as_ref(), self.tolerances);
-        let of_member = Rows { system, p: problem.p, z: &[], sizes, tolerances };
+        let of_member = StepRows { system, p: problem.p, z: &[], sizes, tolerances };
         for (k, &t) in requested.iter().enumerate() {
             let now = inputs.segment_at(t, side(requested, k));
             if now != segment {
@@ -531,9 +539,9 @@ impl<'a, S: Solved> Pack<'a, S> {
     }
 
     /// The finished member in lane l, with its outputs.
-    fn show(&mut self, l: usize) -> Done<'_> {
+    fn show(&mut self, l: usize) -> FinishedMember<'_> {
         self.project(l);
-        self.width.run(Observe(self, l));
+        self.width.run(LaneOutputs(self, l));
         let Some(seat) = &mut self.seats[l] else {
             unreachable!("a lane that is shown has a member")
         };
@@ -549,7 +557,7 @@ impl<'a, S: Solved> Pack<'a, S> {
             statistics.linearizations = tried;
             statistics.factorisations = tried;
         }
-        Done {
+        FinishedMember {
             member: seat.member,
             unknowns: &seat.rows,
             outputs: &self.observer.outputs,
@@ -561,16 +569,16 @@ impl<'a, S: Solved> Pack<'a, S> {
     /// Evaluates the outputs of the member in lane l.
     #[inline(always)]
     fn observe(&mut self, l: usize) {
-        if let Some(Seat { problem, rows, .. }) = &self.seats[l] {
+        if let Some(LaneMember { problem, rows, .. }) = &self.seats[l] {
             self.observer.observe(problem, &self.times, rows);
         }
     }
 }
 
 /// A step of each lane.
-struct Step<'p, 'a, S: Solved>(&'p mut Pack<'a, S>);
+struct LaneSteps<'p, 'a, S: SolvableSystem>(&'p mut LaneEngine<'a, S>);
 
-impl<S: Solved> Work for Step<'_, '_, S> {
+impl<S: SolvableSystem> WidthTask for LaneSteps<'_, '_, S> {
     #[inline(always)]
     fn run(self) {
         self.0.step();
@@ -578,9 +586,9 @@ impl<S: Solved> Work for Step<'_, '_, S> {
 }
 
 /// The outputs of a lane.
-struct Observe<'p, 'a, S: Solved>(&'p mut Pack<'a, S>, usize);
+struct LaneOutputs<'p, 'a, S: SolvableSystem>(&'p mut LaneEngine<'a, S>, usize);
 
-impl<S: Solved> Work for Observe<'_, '_, S> {
+impl<S: SolvableSystem> WidthTask for LaneOutputs<'_, '_, S> {
     #[inline(always)]
     fn run(self) {
         self.0.observe(self.1);

@@ -2,16 +2,16 @@
 
 #![allow(clippy::inline_always)]
 
-use super::dense::Polynomials;
+use super::dense::DensePolynomials;
 use super::elimination::LaneLu;
 use super::lanes::{LanePoint, LaneStorage, Lanes};
 use super::stage::{LaneInputs, LaneTrial};
 use crate::integrate::tableaux::{MAX_STAGES, RosenbrockTableau};
-use crate::solved::Solved;
+use crate::solved::SolvableSystem;
 use crate::system::Storage;
 
 /// Work space.
-pub(super) struct Rosenbrock<S: Solved> {
+pub(super) struct RosenbrockLanes<S: SolvableSystem> {
     f: <S::Vector as Storage>::Lanes,
     jacobian: <S::Jacobian as Storage>::Lanes,
     dfdt: <S::Vector as Storage>::Lanes,
@@ -21,7 +21,7 @@ pub(super) struct Rosenbrock<S: Solved> {
     k: [<S::Vector as Storage>::Lanes; MAX_STAGES],
 }
 
-impl<S: Solved> Rosenbrock<S> {
+impl<S: SolvableSystem> RosenbrockLanes<S> {
     pub(super) fn new(system: &S) -> Self {
         let signature = system.signature();
         let n = signature.unknowns.len();
@@ -106,7 +106,7 @@ impl<S: Solved> Rosenbrock<S> {
         tableau: &RosenbrockTableau,
         y: &[Lanes],
         y_new: &[Lanes],
-        out: &mut Polynomials<S>,
+        out: &mut DensePolynomials<S>,
     ) {
         let [c1, c2, c3, c4] = &mut out.c;
         let (c1, c2) = (c1.lanes_mut(), c2.lanes_mut());

@@ -5,11 +5,11 @@
 use super::lanes::{LANES, LanePoint, LaneStorage, Lanes};
 use crate::linalg::norm::Tolerances;
 use crate::signal::Segment;
-use crate::solved::Solved;
+use crate::solved::SolvableSystem;
 use crate::system::Storage;
 
 /// Inputs of each lane along its segment: u(t) = u₀ + u̇ (t − t₀).
-pub(super) struct LaneInputs<S: Solved> {
+pub(super) struct LaneInputs<S: SolvableSystem> {
     t0: Lanes,
     start: <S::Inputs as Storage>::Lanes,
     pub(super) slope: <S::Inputs as Storage>::Lanes,
@@ -18,7 +18,7 @@ pub(super) struct LaneInputs<S: Solved> {
     is_constant: bool,
 }
 
-impl<S: Solved> LaneInputs<S> {
+impl<S: SolvableSystem> LaneInputs<S> {
     pub(super) fn new(n_u: usize) -> Self {
         let zeros = || <S::Inputs as Storage>::Lanes::zeros(n_u);
         Self { t0: Lanes::ZERO, start: zeros(), slope: zeros(), now: zeros(), is_constant: true }
@@ -56,7 +56,7 @@ impl<S: Solved> LaneInputs<S> {
 }
 
 /// A step to try in each lane, from (t, y) by h.
-pub(super) struct LaneTrial<'a, S: Solved> {
+pub(super) struct LaneTrial<'a, S: SolvableSystem> {
     pub(super) system: &'a S,
     pub(super) p: &'a [Lanes],
     /// 1 for a differential unknown, 0 for an algebraic one.
@@ -68,7 +68,7 @@ pub(super) struct LaneTrial<'a, S: Solved> {
     pub(super) sizes: &'a [Lanes],
 }
 
-impl<S: Solved> LaneTrial<'_, S> {
+impl<S: SolvableSystem> LaneTrial<'_, S> {
     /// f at a stage c h into the step.
     #[inline(always)]
     pub(super) fn rhs(&self, c: f64, y: &[Lanes], inputs: &mut LaneInputs<S>, f: &mut [Lanes]) {
@@ -90,9 +90,10 @@ pub(super) fn mean_square(
 ) -> Lanes {
     let mut sum = Lanes::ZERO;
     for (((e, y), y_new), size) in e.iter().zip(y).zip(y_new).zip(sizes) {
-        let trusted = y_new.with(y.with(*size, Tolerances::most), |new, most| new.abs().min(most));
-        let value = y.with(trusted, |y, new| y.abs().max(new));
-        let ratio = *e / value.with(*size, |y, size| tolerances.weight(y, size));
+        let trusted =
+            y_new.combine(y.combine(*size, Tolerances::most), |new, most| new.abs().min(most));
+        let value = y.combine(trusted, |y, new| y.abs().max(new));
+        let ratio = *e / value.combine(*size, |y, size| tolerances.weight(y, size));
         sum = sum + ratio * ratio;
     }
     let n = e.len().max(1) as f64;

@@ -2,10 +2,10 @@
 
 #![allow(clippy::duplicate_mod, reason = "the steppers' tests have the same problems")]
 
-use super::pack::Pack;
-use super::{Member, Trajectory, Wanted, run_part};
-use crate::linalg::width::Width;
-use crate::{Failure, Inputs, IntegrateError, Options, Watched, find_method};
+use super::pack::LaneEngine;
+use super::{EnsembleQuantities, Member, Trajectory, run_part};
+use crate::linalg::width::VectorWidth;
+use crate::{Failure, Inputs, IntegrateError, Options, RunMonitor, find_method};
 use support::problems::{Logistic, LogisticStacked};
 
 #[path = "../../tests/support/mod.rs"]
@@ -20,15 +20,15 @@ fn all_widths_give_the_same_bits() {
     for method in ["rodas5p", "tsit5"] {
         let method = find_method(method).expect("a method");
         let options = Options { method, ..Options::default() };
-        let members = |width: Width| {
+        let members = |width: VectorWidth| {
             let mut rows = vec![Vec::new(); sets.len()];
-            let pack = Pack::new(&system, &times, &options, Wanted::Unknowns);
+            let pack = LaneEngine::new(&system, &times, &options, EnsembleQuantities::Unknowns);
             let mut pack = pack.expect("a method with lanes");
             pack.width = width;
             let mut waiting = sets.iter().enumerate();
             let next = || {
                 let (k, p) = waiting.next()?;
-                Some((k, Member { p, inputs: &inputs, start: &[] }.of(&system)))
+                Some((k, Member { p, inputs: &inputs, start: &[] }.to_problem(&system)))
             };
             pack.run(next, |done| {
                 let done = done.expect("a run to the end");
@@ -36,18 +36,18 @@ fn all_widths_give_the_same_bits() {
             });
             rows
         };
-        let widest = members(Width::widest());
-        assert_eq!(members(Width::Compiled), widest);
+        let widest = members(VectorWidth::widest());
+        assert_eq!(members(VectorWidth::Compiled), widest);
         #[cfg(target_arch = "x86_64")]
-        if Width::widest() == Width::Avx512 {
-            assert_eq!(members(Width::Avx2), widest);
+        if VectorWidth::widest() == VectorWidth::Avx512 {
+            assert_eq!(members(VectorWidth::Avx2), widest);
         }
     }
 }
 
 #[test]
 fn members_stop_when_they_are_asked_to() {
-    static WATCHED: Watched = Watched::new();
+    static WATCHED: RunMonitor = RunMonitor::new();
     let system = LogisticStacked::of::<Logistic>();
     let inputs = Inputs::constant(&[0.0]);
     let p = [1.0, 2.0, 0.1];
@@ -56,7 +56,7 @@ fn members_stop_when_they_are_asked_to() {
     let times = [0.0, 5.0];
     let run = || {
         let kept = |_, outcome: Result<Trajectory<'_>, Failure>| outcome.map(|one| one.to_kept());
-        run_part(&system, &members, &times, &options, Wanted::Values, kept)
+        run_part(&system, &members, &times, &options, EnsembleQuantities::Values, kept)
     };
     assert!(run().iter().all(Result::is_ok));
     WATCHED.stop();

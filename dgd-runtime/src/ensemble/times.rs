@@ -5,7 +5,7 @@
 use super::lanes::{LANES, Lanes};
 
 /// The requested times, padded so that eight can be read from each of them on.
-pub(super) struct Times<'a> {
+pub(super) struct PaddedTimes<'a> {
     pub(super) asked: &'a [f64],
     padded: Vec<f64>,
     /// Length of the interval from the first to the last.
@@ -14,7 +14,7 @@ pub(super) struct Times<'a> {
     rate: f64,
 }
 
-impl<'a> Times<'a> {
+impl<'a> PaddedTimes<'a> {
     pub(super) fn new(asked: &'a [f64]) -> Self {
         // Times that are never reached.
         let padding = [f64::INFINITY; LANES];
@@ -37,7 +37,7 @@ impl<'a> Times<'a> {
 
     /// The number of times from `first` on that are before `t`.
     #[inline(always)]
-    pub(super) fn before(&self, first: usize, t: f64) -> usize {
+    pub(super) fn count_before(&self, first: usize, t: f64) -> usize {
         // Exact if they are equidistant.
         let guess = first + ((t - self.padded[first]) * self.rate) as u32 as usize;
         for k in [guess, guess + 1] {

@@ -4,14 +4,14 @@
 //! derivatives too. Those of x^1.5 are not finite at x = 0, but are at the end of any step. This is checked before the
 //! run, so that no run changes its method on the way.
 
-use crate::integrate::late::history;
+use crate::integrate::delay::history;
 use crate::integrate::methods::catalogue::{METHODS, Method};
-use crate::integrate::methods::family::Needs;
-use crate::integrate::methods::stepper::Directions;
+use crate::integrate::methods::family::FamilyNeeds;
+use crate::integrate::methods::stepper::SensitivityWorkspace;
 use crate::integrate::simulation::Simulation;
 use crate::problem::{Options, Problem};
 use crate::solution::Solution;
-use crate::solved::Solved;
+use crate::solved::SolvableSystem;
 
 /// A substitute for a method that cannot begin a run.
 #[derive(Debug, Clone)]
@@ -29,7 +29,7 @@ pub struct OtherMethod {
 /// none can, or if the request is invalid, which the run will report.
 ///
 /// A model with directions is checked as if sensitivities to them were requested.
-pub fn method_to_begin<S: Solved>(
+pub fn method_to_begin<S: SolvableSystem>(
     problem: &Problem<'_, S>,
     t: f64,
     options: &Options,
@@ -46,16 +46,16 @@ pub fn method_to_begin<S: Solved>(
     history::verify(problem, n_s > 0).ok()?;
     let inputs = problem.inputs_read().ok()?;
     let read = Problem { inputs: &inputs, ..*problem };
-    let directions = (n_s > 0).then(|| Directions::new(system));
+    let directions = (n_s > 0).then(|| SensitivityWorkspace::new(system));
     let mut simulation = Simulation::new(&read, options, t, directions);
     let mut solution = Solution::empty(signature, n_s);
     simulation.start(&mut solution).ok()?;
     simulation.linearize_for_step(&mut solution);
     let (method, row) = simulation.other_method()?;
-    Some(OtherMethod { method, equation: signature.equations.at(row).to_string(), t })
+    Some(OtherMethod { method, equation: signature.equations.get(row).to_string(), t })
 }
 
-impl<S: Solved> Simulation<'_, S> {
+impl<S: SolvableSystem> Simulation<'_, S> {
     /// The method to use instead of a Rosenbrock method, from the linearisation at (t, y), and the equation with a
     /// derivative that is not finite.
     fn other_method(&self) -> Option<(&'static Method, usize)> {
@@ -70,7 +70,7 @@ impl<S: Solved> Simulation<'_, S> {
         let needing =
             |needs| METHODS.iter().find(|m| m.kind.is_implicit() && m.kind.traits().needs == needs);
         if let Some(k) = bad(self.stepper.jacobian.as_ref()) {
-            let method = needing(Needs::Nothing)?;
+            let method = needing(FamilyNeeds::Nothing)?;
             return Some((method, signature.jacobian.position(k).0));
         }
         let of_time = bad(self.stepper.dfdt.as_ref());
@@ -80,6 +80,6 @@ impl<S: Solved> Simulation<'_, S> {
             let second = || bad(d.dgdy.as_ref()).map(|k| pattern.position(k).0 % n);
             bad(d.dgdt.as_ref()).map(|row| row % n).or_else(second)
         })?;
-        Some((needing(Needs::Jacobian)?, row))
+        Some((needing(FamilyNeeds::Jacobian)?, row))
     }
 }

@@ -2,7 +2,7 @@
 
 /// How a family's steps are controlled.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) enum Law {
+pub(crate) enum ControlLaw {
     /// Predictive control, for methods with which changing the step size costs little.
     Predictive,
     /// Proportional and integral control: smoother steps at the limit of stability.
@@ -18,7 +18,7 @@ pub(crate) enum Law {
     Piecewise,
 }
 
-/// Step-size controller. With [`Law::Predictive`]:
+/// Step-size controller. With [`ControlLaw::Predictive`]:
 ///
 /// ```text
 ///   accepted:  h ← h · clamp(0.9 e^(−1/k) min(1, (h/h₋₁) (e₋₁/e)^(1/k)), 0.2, 6)
@@ -38,13 +38,13 @@ pub(crate) enum Law {
 /// Ordinary Differential Equations II, 2nd ed. (1996), §IV.8.
 #[derive(Debug, Clone)]
 pub(crate) struct Controller {
-    law: Law,
+    law: ControlLaw,
     /// The natural step size.
     pub(crate) h: f64,
     /// 1/k.
     exponent: f64,
     /// The previous accepted step; `None` before the first one and after a step that was cut.
-    previous: Option<Accepted>,
+    previous: Option<AcceptedStep>,
     rejected: bool,
     /// Of the last step that was cut: its fraction of the natural step, and the square of the error up to which the
     /// natural step is still good.
@@ -53,7 +53,7 @@ pub(crate) struct Controller {
 
 /// An accepted step.
 #[derive(Debug, Clone, Copy)]
-struct Accepted {
+struct AcceptedStep {
     h: f64,
     /// e², and e^(−1/k).
     error: f64,
@@ -74,7 +74,7 @@ pub(crate) const REMEMBERED: f64 = 1e-8;
 pub(crate) const CUT: f64 = 0.5;
 
 impl Controller {
-    pub(crate) fn new(h: f64, estimate_order: u32, law: Law) -> Self {
+    pub(crate) fn new(h: f64, estimate_order: u32, law: ControlLaw) -> Self {
         let exponent = 1.0 / f64::from(estimate_order + 1);
         Self { law, h, exponent, previous: None, rejected: false, cut: (0.0, 0.0) }
     }
@@ -92,7 +92,7 @@ impl Controller {
         // One step that exceeds the natural step by 1 % is better than two halves.
         if ratio <= 1.01 {
             remaining
-        } else if self.law == Law::Piecewise && ratio > 2.0 {
+        } else if self.law == ControlLaw::Piecewise && ratio > 2.0 {
             self.h
         } else {
             remaining / ratio.ceil()
@@ -120,10 +120,10 @@ impl Controller {
         let root = error.powf(-0.5 * self.exponent);
         let mut factor = SAFETY * root;
         match (self.law, self.previous) {
-            (Law::Predictive, Some(previous)) if error > previous.error => {
+            (ControlLaw::Predictive, Some(previous)) if error > previous.error => {
                 factor *= (tried / previous.h * (root / previous.root)).min(1.0);
             }
-            (Law::ProportionalIntegral { beta }, Some(previous)) => {
+            (ControlLaw::ProportionalIntegral { beta }, Some(previous)) => {
                 let remembered = previous.error.max(REMEMBERED);
                 factor *= error.powf(0.375 * beta) * remembered.powf(0.5 * beta);
             }
@@ -132,7 +132,7 @@ impl Controller {
         let factor = factor.clamp(LEAST_AFTER_ACCEPTANCE, MOST_GROWTH);
         let factor = if self.rejected { factor.min(1.0) } else { factor };
         self.h = if factor >= 1.0 { self.h.max(tried * factor) } else { tried * factor };
-        self.previous = Some(Accepted { h: tried, error, root });
+        self.previous = Some(AcceptedStep { h: tried, error, root });
         self.rejected = false;
     }
 
@@ -161,7 +161,7 @@ mod tests {
 
     #[test]
     fn a_cut_step_leaves_the_natural_one_alone() {
-        let mut controller = Controller::new(8.0, 4, Law::Predictive);
+        let mut controller = Controller::new(8.0, 4, ControlLaw::Predictive);
         controller.accept(1.0, 1e-12);
         assert_eq!(controller.h, 8.0);
         // e = 1 at h = 1 shows that h = 8 is much too large.
@@ -172,7 +172,7 @@ mod tests {
     #[test]
     fn segments_of_equal_length_keep_the_natural_step_while_errors_allow_it() {
         // e ~ h⁵ with e = 1 at h = 16, so that steps of 9 are good.
-        let mut controller = Controller::new(9.0, 4, Law::Predictive);
+        let mut controller = Controller::new(9.0, 4, ControlLaw::Predictive);
         for _ in 0..100 {
             assert_eq!(controller.propose(1.0), 1.0);
             controller.accept(1.0, (1.0_f64 / 16.0).powi(10));
@@ -187,7 +187,7 @@ mod tests {
 
     #[test]
     fn slopes_shorten_a_rejected_step_further_but_not_to_nothing() {
-        let mut controller = Controller::new(100.0, 4, Law::Predictive);
+        let mut controller = Controller::new(100.0, 4, ControlLaw::Predictive);
         controller.reject(100.0, 1e8);
         let by_error = controller.h;
         controller.limit(100.0, f64::INFINITY);
@@ -200,7 +200,7 @@ mod tests {
 
     #[test]
     fn what_remains_is_split_equally() {
-        let controller = Controller::new(1.0, 4, Law::Predictive);
+        let controller = Controller::new(1.0, 4, ControlLaw::Predictive);
         assert_eq!(controller.propose(1.0), 1.0);
         assert_eq!(controller.propose(0.3), 0.3);
         assert_eq!(controller.propose(2.5), 2.5 / 3.0);
@@ -208,7 +208,7 @@ mod tests {
 
     #[test]
     fn nothing_grows_after_a_rejection() {
-        let mut controller = Controller::new(1.0, 4, Law::Predictive);
+        let mut controller = Controller::new(1.0, 4, ControlLaw::Predictive);
         controller.reject(1.0, 16.0);
         let tried = controller.h;
         assert!(tried < 0.9);

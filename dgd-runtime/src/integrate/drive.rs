@@ -1,29 +1,29 @@
 //! Inputs during a run, and the past of delayed unknowns.
 
 use crate::algebraic::InputsAt;
+use crate::integrate::delay::history::{DelayHistory, Discontinuity, PastSolution};
 use crate::integrate::enclosure::{Interval, Tube};
-use crate::integrate::late::history::{Discontinuity, History, Past};
 use crate::linalg::norm::Tolerances;
 use crate::problem::Problem;
 use crate::signal::Segment;
-use crate::solved::Solved;
+use crate::solved::SolvableSystem;
 use crate::system::Storage;
 
 /// Inputs at one time, where those that act late may depend on the unknowns.
-pub(crate) struct Here<'d, 'a, S: Solved> {
-    pub(crate) drive: &'d mut Drive<'a, S>,
+pub(crate) struct InstantInputs<'d, 'a, S: SolvableSystem> {
+    pub(crate) drive: &'d mut InputCursor<'a, S>,
     pub(crate) t: f64,
 }
 
-impl<S: Solved> InputsAt for Here<'_, '_, S> {
+impl<S: SolvableSystem> InputsAt for InstantInputs<'_, '_, S> {
     #[inline]
-    fn at(&mut self, y: &[f64]) -> &[f64] {
-        self.drive.at(self.t, y)
+    fn evaluate(&mut self, y: &[f64]) -> &[f64] {
+        self.drive.evaluate(self.t, y)
     }
 }
 
 /// Inputs along the current segment.
-pub(crate) struct Drive<'a, S: Solved> {
+pub(crate) struct InputCursor<'a, S: SolvableSystem> {
     problem: &'a Problem<'a, S>,
     /// The segment: its start, u there, and u̇.
     t0: f64,
@@ -33,10 +33,10 @@ pub(crate) struct Drive<'a, S: Solved> {
     /// u at the time of the last call.
     now: S::Inputs,
     /// The past of delayed unknowns, which follows the inputs; `None` if there are none.
-    pub(super) history: Option<Box<History>>,
+    pub(super) history: Option<Box<DelayHistory>>,
 }
 
-impl<'a, S: Solved> Drive<'a, S> {
+impl<'a, S: SolvableSystem> InputCursor<'a, S> {
     /// The inputs of a run that starts at `from`, with n_s directions.
     pub(crate) fn new(
         problem: &'a Problem<'a, S>,
@@ -54,7 +54,7 @@ impl<'a, S: Solved> Drive<'a, S> {
             is_constant: true,
             now: zeros(),
             history: if S::FEATURES.past {
-                History::new(problem, from, n_s, tolerances)
+                DelayHistory::new(problem, from, n_s, tolerances)
             } else {
                 None
             },
@@ -73,7 +73,7 @@ impl<'a, S: Solved> Drive<'a, S> {
 
     /// u(t); delays may depend on y(t).
     #[inline]
-    pub(crate) fn at(&mut self, t: f64, y: &[f64]) -> &[f64] {
+    pub(crate) fn evaluate(&mut self, t: f64, y: &[f64]) -> &[f64] {
         if !self.is_constant {
             let (u, udot) = (self.start.as_ref(), self.slope.as_ref());
             let segment = Segment { t0: self.t0, t1: f64::INFINITY, u, udot };
@@ -109,12 +109,12 @@ impl<'a, S: Solved> Drive<'a, S> {
     /// u(t) and u̇; the slopes of delayed unknowns are their own entries of u.
     #[inline]
     pub(crate) fn with_slope(&mut self, t: f64, y: &[f64]) -> (&[f64], &[f64]) {
-        self.at(t, y);
+        self.evaluate(t, y);
         (self.now.as_ref(), self.slope.as_ref())
     }
 
     /// Continues from a past that is known until `t`.
-    pub(super) fn resume_history(&mut self, past: &Past, t: f64) {
+    pub(super) fn resume_history(&mut self, past: &PastSolution, t: f64) {
         if let Some(history) = &mut self.history {
             history.resume(past, t);
         }
@@ -122,7 +122,7 @@ impl<'a, S: Solved> Drive<'a, S> {
 
     /// Starts the history with consistent values at `t`.
     pub(crate) fn begin_history(&mut self, t: f64, y: &[f64], s: Option<&[f64]>, sizes: &[f64]) {
-        self.at(t, y);
+        self.evaluate(t, y);
         if let Some(history) = &mut self.history {
             history.begin(self.problem, t, y, s, sizes, self.now.as_ref());
         }
@@ -140,7 +140,7 @@ impl<'a, S: Solved> Drive<'a, S> {
         if !self.has_varying_delays() {
             return;
         }
-        self.at(t, y);
+        self.evaluate(t, y);
         if let Some(history) = &mut self.history {
             history.locate(self.problem, t, y, self.now.as_ref());
         }
@@ -158,7 +158,7 @@ impl<'a, S: Solved> Drive<'a, S> {
 
     /// Makes a delay read values on the other side of a mark, which it reaches at (t, y).
     pub(super) fn pass(&mut self, at: &Discontinuity, t: f64, y: &[f64]) {
-        self.at(t, y);
+        self.evaluate(t, y);
         if let Some(history) = &mut self.history {
             history.pass(at, t);
         }
@@ -169,7 +169,7 @@ impl<'a, S: Solved> Drive<'a, S> {
         if !self.has_varying_delays() {
             return None;
         }
-        self.at(t, y);
+        self.evaluate(t, y);
         self.history.as_mut()?.passed(self.problem, t, y, self.now.as_ref())
     }
 
@@ -179,7 +179,7 @@ impl<'a, S: Solved> Drive<'a, S> {
         if !self.has_varying_delays() {
             return None;
         }
-        self.at(t, y);
+        self.evaluate(t, y);
         self.history.as_mut()?.earliest(self.problem, t, y, self.now.as_ref())
     }
 }

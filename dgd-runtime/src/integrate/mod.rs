@@ -17,11 +17,11 @@
 
 pub(crate) mod begin;
 pub(crate) mod controller;
+mod delay;
 pub(crate) mod drive;
 pub(crate) mod enclosure;
 mod events;
 pub(crate) mod fixed_step;
-mod late;
 pub(crate) mod methods;
 pub(crate) mod record;
 mod request;
@@ -33,10 +33,10 @@ pub(crate) mod watched;
 
 use crate::error::IntegrateError;
 use crate::solution::Solution;
-use crate::solved::Solved;
+use crate::solved::SolvableSystem;
 use controller::Controller;
-pub use late::history::{Hat, NODES, Past, Seed};
-pub use late::memory::{Memory, held_by_bounds};
+pub use delay::history::{HatFunction, HistoryPerturbation, NODES, PastSolution};
+pub use delay::memory::{RunMemory, held_by_bounds};
 pub use methods::{catalogue, tableaux};
 pub use request::{
     integrate, simulate, simulate_chosen, simulate_observed, simulate_with_sensitivities,
@@ -47,7 +47,7 @@ use simulation::Simulation;
 /// The part of an initial step that leads off a corner: an error of ∂f/∂y there is small as the square of it.
 const OFF_CORNER: f64 = 1e-3;
 
-impl<S: Solved> Simulation<'_, S> {
+impl<S: SolvableSystem> Simulation<'_, S> {
     fn integrate(
         &mut self,
         times: &[f64],

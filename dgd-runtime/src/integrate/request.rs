@@ -1,16 +1,16 @@
 //! The public functions that simulate, and the checks of their arguments.
 
 use crate::error::{BadRequest, Failure, IntegrateError};
+use crate::integrate::delay::history;
 use crate::integrate::fixed_step::{self, Steps};
-use crate::integrate::late::history;
-use crate::integrate::methods::stepper::Directions;
+use crate::integrate::methods::stepper::SensitivityWorkspace;
 use crate::integrate::simulation::Simulation;
-use crate::observe::delay::LateTimes;
+use crate::observe::delay::DelayedOutputTimes;
 use crate::observe::observe;
-use crate::problem::{Options, Problem, Wanted};
+use crate::problem::{Options, Problem, WantedResults};
 use crate::signal::InputError;
 use crate::solution::Solution;
-use crate::solved::Solved;
+use crate::solved::SolvableSystem;
 use crate::system::Signature;
 
 /// Integrates from the first of the requested `times` to the last and returns the unknowns at all of them.
@@ -21,12 +21,12 @@ use crate::system::Signature;
 /// # Errors
 ///
 /// [`Failure`], with the part of the solution that was reached.
-pub fn simulate<S: Solved>(
+pub fn simulate<S: SolvableSystem>(
     problem: &Problem<'_, S>,
     times: &[f64],
     options: &Options,
 ) -> Result<Solution, Failure> {
-    S::integrate(problem, times, options, Wanted::Unknowns)
+    S::integrate(problem, times, options, WantedResults::Unknowns)
 }
 
 /// Like [`simulate`], but keeps only the unknowns at the positions `chosen`, in this order, so that a run of a large
@@ -35,13 +35,13 @@ pub fn simulate<S: Solved>(
 /// # Errors
 ///
 /// [`Failure`], with the part of the solution that was reached.
-pub fn simulate_chosen<S: Solved>(
+pub fn simulate_chosen<S: SolvableSystem>(
     problem: &Problem<'_, S>,
     chosen: &[usize],
     times: &[f64],
     options: &Options,
 ) -> Result<Solution, Failure> {
-    S::integrate(problem, times, options, Wanted::Chosen(chosen))
+    S::integrate(problem, times, options, WantedResults::Chosen(chosen))
 }
 
 /// Like [`simulate_chosen`], but also evaluates the outputs during the run, which may read any unknown;
@@ -51,7 +51,7 @@ pub fn simulate_chosen<S: Solved>(
 /// # Errors
 ///
 /// [`Failure`], with the part of the solution that was reached.
-pub fn simulate_observed<S: Solved>(
+pub fn simulate_observed<S: SolvableSystem>(
     problem: &Problem<'_, S>,
     chosen: &[usize],
     times: &[f64],
@@ -65,14 +65,14 @@ pub fn simulate_observed<S: Solved>(
     let outputs = &problem.system.signature().outputs;
     let is_late = outputs.iter().any(|output| output.delay.is_some());
     if !is_late && !matches!(options.steps, Steps::PerSample(_)) {
-        return S::integrate(problem, times, options, Wanted::Observed(chosen));
+        return S::integrate(problem, times, options, WantedResults::Observed(chosen));
     }
     let observed = |mut solution: Solution| {
         solution.w = observe(problem, &solution).w;
         solution.keep(chosen);
         solution
     };
-    match S::integrate(problem, times, options, Wanted::Unknowns) {
+    match S::integrate(problem, times, options, WantedResults::Unknowns) {
         Ok(solution) => Ok(observed(solution)),
         Err(Failure { error, partial }) => {
             Err(Failure { error, partial: Box::new(observed(*partial)) })
@@ -85,12 +85,12 @@ pub fn simulate_observed<S: Solved>(
 /// # Errors
 ///
 /// [`Failure`], with the part of the solution that was reached.
-pub fn simulate_with_sensitivities<S: Solved>(
+pub fn simulate_with_sensitivities<S: SolvableSystem>(
     problem: &Problem<'_, S>,
     times: &[f64],
     options: &Options,
 ) -> Result<Solution, Failure> {
-    S::integrate(problem, times, options, Wanted::Sensitivities)
+    S::integrate(problem, times, options, WantedResults::Sensitivities)
 }
 
 /// Implements [`simulate`] and [`simulate_with_sensitivities`] for this type of system.
@@ -98,28 +98,28 @@ pub fn simulate_with_sensitivities<S: Solved>(
 /// # Errors
 ///
 /// [`Failure`], with the part of the solution that was reached.
-pub fn integrate<S: Solved>(
+pub fn integrate<S: SolvableSystem>(
     problem: &Problem<'_, S>,
     times: &[f64],
     options: &Options,
-    wanted: Wanted<'_>,
+    wanted: WantedResults<'_>,
 ) -> Result<Solution, Failure> {
     run(problem, times, options, wanted)
 }
 
 /// Runs to all times that the outputs need, and returns the solution at the requested ones.
-fn run<S: Solved>(
+fn run<S: SolvableSystem>(
     problem: &Problem<'_, S>,
     times: &[f64],
     options: &Options,
-    wanted: Wanted<'_>,
+    wanted: WantedResults<'_>,
 ) -> Result<Solution, Failure> {
     let signature = problem.system.signature();
     let chosen = wanted.chosen();
-    let directions = wanted.with_sensitivities().then(|| Directions::new(problem.system));
+    let directions = wanted.with_sensitivities().then(|| SensitivityWorkspace::new(problem.system));
     let n_s = if directions.is_some() { signature.directions.len() } else { 0 };
     let mut solution = Solution::empty(signature, n_s);
-    let reads_past = matches!(wanted, Wanted::UnknownsAndPast)
+    let reads_past = matches!(wanted, WantedResults::UnknownsAndPast)
         || wanted.is_remembered()
         || outputs_read_past(signature)
         || (n_s > 0 && signature.outputs.iter().any(|output| output.delay.is_some()));
@@ -130,15 +130,16 @@ fn run<S: Solved>(
         verify_chosen(problem, chosen.unwrap_or_default())?;
         history::verify(problem, n_s > 0)?;
         options.method.kind.verify(problem, options.method.name)?;
-        let late = if wanted.is_remembered() { None } else { LateTimes::new(problem, times)? };
-        Ok((late, problem.inputs_read().map_err(IntegrateError::Inputs)?))
+        let delayed =
+            if wanted.is_remembered() { None } else { DelayedOutputTimes::new(problem, times)? };
+        Ok((delayed, problem.inputs_read().map_err(IntegrateError::Inputs)?))
     });
-    let (late, inputs) = match verified {
+    let (delayed, inputs) = match verified {
         Ok(verified) => verified,
         Err(error) => return Err(Failure { error, partial: Box::new(solution) }),
     };
     let read = Problem { inputs: &inputs, ..*problem };
-    let all_times = late.as_ref().map_or(times, |late| &late.all);
+    let all_times = delayed.as_ref().map_or(times, |delayed| &delayed.all);
     let outcome = match options.steps {
         Steps::PerSample(per_sample) => {
             let outcome =
@@ -153,8 +154,8 @@ fn run<S: Solved>(
             run_to(&read, all_times, options, directions, wanted, &mut solution)
         }
     };
-    if let Some(late) = late {
-        solution = late.split(times, solution);
+    if let Some(delayed) = delayed {
+        solution = delayed.split(times, solution);
     }
     match outcome {
         Ok(()) => Ok(solution),
@@ -163,12 +164,12 @@ fn run<S: Solved>(
 }
 
 /// Runs to `times`; the problem's inputs are those that the model reads.
-fn run_to<'a, S: Solved>(
+fn run_to<'a, S: SolvableSystem>(
     problem: &'a Problem<'a, S>,
     times: &[f64],
     options: &Options,
-    directions: Option<Directions<S>>,
-    wanted: Wanted<'a>,
+    directions: Option<SensitivityWorkspace<S>>,
+    wanted: WantedResults<'a>,
     solution: &mut Solution,
 ) -> Result<(), IntegrateError> {
     let (Some(&from), Some(&until)) = (times.first(), times.last()) else {
@@ -181,7 +182,7 @@ fn run_to<'a, S: Solved>(
     solution.past.reserve(solution.n_past * times.len());
     let mut simulation = Simulation::new(problem, options, from, directions);
     simulation.chosen = wanted.chosen();
-    if let Wanted::Observed(_) = wanted {
+    if let WantedResults::Observed(_) = wanted {
         let n_w = problem.system.signature().outputs.len();
         solution.w.reserve(n_w * times.len());
         simulation.observed = Some(vec![0.0; n_w]);
@@ -207,7 +208,7 @@ fn outputs_read_past(signature: &Signature) -> bool {
     !signature.past().is_empty() && !signature.outputs.is_empty()
 }
 
-pub(super) fn verify<S: Solved>(
+pub(super) fn verify<S: SolvableSystem>(
     problem: &Problem<'_, S>,
     times: &[f64],
     options: &Options,
@@ -218,7 +219,7 @@ pub(super) fn verify<S: Solved>(
 }
 
 /// Checks that the chosen unknowns exist.
-fn verify_chosen<S: Solved>(
+fn verify_chosen<S: SolvableSystem>(
     problem: &Problem<'_, S>,
     chosen: &[usize],
 ) -> Result<(), IntegrateError> {
@@ -240,7 +241,10 @@ pub fn verify_request(times: &[f64], options: &Options) -> Result<(), BadRequest
 }
 
 /// Checks that the inputs cover the times, and are smooth where they must be.
-pub fn verify_inputs<S: Solved>(problem: &Problem<'_, S>, times: &[f64]) -> Result<(), InputError> {
+pub fn verify_inputs<S: SolvableSystem>(
+    problem: &Problem<'_, S>,
+    times: &[f64],
+) -> Result<(), InputError> {
     match (times.first(), times.last()) {
         (Some(&from), Some(&until)) => {
             let covered = problem.inputs.cover(from, until);

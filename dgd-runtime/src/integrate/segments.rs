@@ -1,16 +1,16 @@
 //! Moves a run from one segment of smooth inputs to the next.
 
 use crate::error::IntegrateError;
-use crate::integrate::drive::Drive;
-use crate::integrate::methods::stepper::{At, Directions};
+use crate::integrate::drive::InputCursor;
+use crate::integrate::methods::stepper::{SensitivityWorkspace, StepEnd};
 use crate::integrate::simulation::Simulation;
 use crate::problem::Problem;
 use crate::signal::Segment;
 use crate::solution::Solution;
-use crate::solved::Solved;
-use crate::system::Point;
+use crate::solved::SolvableSystem;
+use crate::system::EvaluationPoint;
 
-impl<S: Solved> Simulation<'_, S> {
+impl<S: SolvableSystem> Simulation<'_, S> {
     /// Moves ticks of clocks, and times of conditions, onto requested times and samples that equal them to rounding.
     pub(super) fn align_clocks(&mut self, times: &[f64]) {
         if !S::FEATURES.events || self.discrete.schedule.is_empty() {
@@ -75,7 +75,7 @@ impl<S: Solved> Simulation<'_, S> {
     pub(super) fn change_inputs(
         &mut self,
         solution: &mut Solution,
-        enter: impl FnOnce(&mut Drive<S>, f64, &[f64]),
+        enter: impl FnOnce(&mut InputCursor<S>, f64, &[f64]),
     ) -> Result<(), IntegrateError> {
         let Problem { system, p, .. } = *self.problem;
         self.linearized = false;
@@ -88,21 +88,21 @@ impl<S: Solved> Simulation<'_, S> {
         // Most jumps do not affect algebraic equations.
         let (t, y, z) = (self.t, self.y.as_ref(), self.discrete.z());
         let (before, after) = (&mut self.stepper.f, &mut self.stepper.y_new);
-        let mut evaluate = |drive: &mut Drive<S>, f: &mut S::Vector, place: At| {
-            let point = Point { t, y, u: drive.at(t, y), p, z };
+        let mut evaluate = |drive: &mut InputCursor<S>, f: &mut S::Vector, place: StepEnd| {
+            let point = EvaluationPoint { t, y, u: drive.evaluate(t, y), p, z };
             match (&mut self.directions, place) {
                 (None, _) => system.rhs(point, f.as_mut()),
-                (Some(Directions { s, g, .. }), At::Start) => {
+                (Some(SensitivityWorkspace { s, g, .. }), StepEnd::Start) => {
                     system.sensitivity_rhs(point, s.as_ref(), f.as_mut(), g.as_mut());
                 }
-                (Some(Directions { s, s_new, .. }), At::End) => {
+                (Some(SensitivityWorkspace { s, s_new, .. }), StepEnd::End) => {
                     system.sensitivity_rhs(point, s.as_ref(), f.as_mut(), s_new.as_mut());
                 }
             }
         };
-        evaluate(&mut self.drive, before, At::Start);
+        evaluate(&mut self.drive, before, StepEnd::Start);
         enter(&mut self.drive, t, y);
-        evaluate(&mut self.drive, after, At::End);
+        evaluate(&mut self.drive, after, StepEnd::End);
         let inputs = self
             .directions
             .as_ref()

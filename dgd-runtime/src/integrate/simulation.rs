@@ -3,26 +3,26 @@
 // Lengths are constants if storage has a fixed size, but only after inlining.
 #![allow(clippy::inline_always)]
 
-use crate::algebraic::Algebraic;
-use crate::integrate::drive::Drive;
-use crate::integrate::events::{Hybrid, Jumps};
-use crate::integrate::late::discontinuities::Discontinuities;
-use crate::integrate::late::memory::Memory;
-use crate::integrate::late::moving_jump::MovingJumps;
+use crate::algebraic::AlgebraicSystem;
+use crate::integrate::delay::discontinuities::Discontinuities;
+use crate::integrate::delay::memory::RunMemory;
+use crate::integrate::delay::moving_jump::MovingJumps;
+use crate::integrate::drive::InputCursor;
+use crate::integrate::events::{HybridState, JumpWorkspace};
 use crate::integrate::methods::catalogue::Method;
-use crate::integrate::methods::stepper::{Base, Directions, Stepper};
+use crate::integrate::methods::stepper::{SensitivityWorkspace, StepBase, Stepper};
 use crate::integrate::record::projection::Projection;
-use crate::integrate::watched::Watched;
+use crate::integrate::watched::RunMonitor;
 use crate::linalg::KeptSum;
 use crate::linalg::norm::Tolerances;
 use crate::problem::{Options, Problem};
-use crate::signal::Side;
-use crate::solved::Solved;
+use crate::signal::LimitSide;
+use crate::solved::SolvableSystem;
 use crate::system::Storage;
 
 /// The outcome at the end of a step.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Stop {
+pub(super) enum StepOutcome {
     /// Nothing.
     None,
     /// Inputs or modes change: values just after differ from those just before.
@@ -31,7 +31,7 @@ pub(super) enum Stop {
 
 /// The variables for which a step is tried.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Variables {
+pub(super) enum StepVariables {
     /// Unknowns, and sensitivities if they are wanted.
     All,
     /// Only unknowns.
@@ -39,25 +39,25 @@ pub(super) enum Variables {
 }
 
 /// The state of a simulation.
-pub(super) struct Simulation<'a, S: Solved> {
+pub(super) struct Simulation<'a, S: SolvableSystem> {
     pub(super) problem: &'a Problem<'a, S>,
     pub(super) tolerances: Tolerances,
     pub(super) max_steps: usize,
-    pub(super) watched: Option<&'static Watched>,
+    pub(super) watched: Option<&'static RunMonitor>,
     pub(super) initial_step: Option<f64>,
     pub(super) method: &'static Method,
     pub(super) stepper: Stepper<S>,
     /// `None` without sensitivities, and once they are undefined.
-    pub(super) directions: Option<Directions<S>>,
-    pub(super) algebraic: Algebraic<S>,
+    pub(super) directions: Option<SensitivityWorkspace<S>>,
+    pub(super) algebraic: AlgebraicSystem<S>,
     /// The current segment of the inputs, and its end.
     pub(super) segment: usize,
     pub(super) segment_end: f64,
-    pub(super) drive: Drive<'a, S>,
+    pub(super) drive: InputCursor<'a, S>,
     /// Modes, conditions on time, and the state of the instant at which they change.
-    pub(super) discrete: Hybrid,
+    pub(super) discrete: HybridState,
     /// Present if there are transitions.
-    pub(super) jumps: Option<Box<Jumps<S>>>,
+    pub(super) jumps: Option<Box<JumpWorkspace<S>>>,
     /// Present if the times of input jumps depend on parameters.
     pub(super) moving: Option<MovingJumps<S>>,
     /// Present if there are delayed unknowns.
@@ -81,32 +81,33 @@ pub(super) struct Simulation<'a, S: Solved> {
     /// Work space for outputs, if they are recorded.
     pub(super) observed: Option<Vec<f64>>,
     /// The memory from which the run continues.
-    pub(super) resumed: Option<&'a Memory>,
+    pub(super) resumed: Option<&'a RunMemory>,
     /// The natural step size, for a run that continues this one.
     pub(super) natural_step: Option<f64>,
 }
 
-impl<'a, S: Solved> Simulation<'a, S> {
+impl<'a, S: SolvableSystem> Simulation<'a, S> {
     pub(super) fn new(
         problem: &'a Problem<'a, S>,
         options: &Options,
         from: f64,
-        directions: Option<Directions<S>>,
+        directions: Option<SensitivityWorkspace<S>>,
     ) -> Self {
         let system = problem.system;
         debug_assert!(S::FEATURES.cover(system.signature()), "features that the type leaves out");
         let n = system.signature().unknowns.len();
-        let segment = problem.inputs.segment_at(from, Side::Right);
+        let segment = problem.inputs.segment_at(from, LimitSide::Right);
         let n_s = if directions.is_some() { system.signature().directions.len() } else { 0 };
-        let discrete = Hybrid::new(system, problem.p, from, n_s);
+        let discrete = HybridState::new(system, problem.p, from, n_s);
         // With transitions the jumps are taken one by one in either case, so that modes follow one another in the same
         // way.
         let moves = S::FEATURES.past && (n_s > 0 || discrete.has_transitions());
         let moving = moves.then(|| MovingJumps::new(problem));
         let tolerances = Tolerances { rtol: options.rtol, atol: options.atol };
-        let drive = Drive::new(problem, problem.inputs.segment(segment), from, n_s, tolerances);
+        let drive =
+            InputCursor::new(problem, problem.inputs.segment(segment), from, n_s, tolerances);
         let has_algebraic =
-            S::FEATURES.algebraic && !Algebraic::<S>::is_explicit(system.signature());
+            S::FEATURES.algebraic && !AlgebraicSystem::<S>::is_explicit(system.signature());
         let sensitivity_row = directions.as_ref().map(|directions| directions.s.clone());
         let mut stepper = Stepper::new(system, options.method.kind);
         stepper.lay_out(system, options.rtol, n_s);
@@ -122,7 +123,7 @@ impl<'a, S: Solved> Simulation<'a, S> {
             method: options.method,
             stepper,
             directions,
-            algebraic: Algebraic::new(system),
+            algebraic: AlgebraicSystem::new(system),
             projection: has_algebraic.then(|| Box::new(Projection::new(system, n_s))),
             segment,
             segment_end: problem.inputs.segment(segment).t1,
@@ -132,7 +133,7 @@ impl<'a, S: Solved> Simulation<'a, S> {
                 .then(|| Discontinuities::new(n, sensitivity_row.clone())),
             drive,
             jumps: (S::FEATURES.events && discrete.has_transitions())
-                .then(|| Box::new(Jumps::new(system, n_s))),
+                .then(|| Box::new(JumpWorkspace::new(system, n_s))),
             discrete,
             moving: moving.flatten(),
             t: from,
@@ -166,14 +167,14 @@ impl<'a, S: Solved> Simulation<'a, S> {
 
 /// The start of a step from t.
 #[inline(always)]
-pub(super) fn base<'a, S: Solved>(
+pub(super) fn base<'a, S: SolvableSystem>(
     problem: &Problem<'a, S>,
-    algebraic: &'a Algebraic<S>,
-    discrete: &'a Hybrid,
+    algebraic: &'a AlgebraicSystem<S>,
+    discrete: &'a HybridState,
     t: f64,
-) -> Base<'a, S> {
+) -> StepBase<'a, S> {
     let Problem { system, p, .. } = *problem;
-    Base { system, p, z: discrete.z(), mass: &algebraic.mass, t }
+    StepBase { system, p, z: discrete.z(), mass: &algebraic.mass, t }
 }
 
 pub(super) fn multiply(values: &mut [f64], by: &[f64]) {

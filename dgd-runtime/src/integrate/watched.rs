@@ -14,12 +14,12 @@ const TELL: u8 = 2;
 ///
 /// It lives as long as the program: runs read it without a lock, and can be stopped after their callers are gone.
 #[derive(Debug, Default)]
-pub struct Watched {
+pub struct RunMonitor {
     asked: AtomicU8,
     reached: AtomicU64,
 }
 
-impl Watched {
+impl RunMonitor {
     /// No requests.
     pub const fn new() -> Self {
         Self { asked: AtomicU8::new(0), reached: AtomicU64::new(0) }

@@ -31,7 +31,8 @@ impl AutoLu {
     pub(crate) fn is_for_band(n: usize, jacobian: &Pattern) -> bool {
         let (order, width) = narrowest(n, jacobian);
         width.lower.max(width.upper) <= 1
-            || cheapest(n, jacobian.len(), &Staircase::new(n, jacobian, &order)) == Kind::Banded
+            || cheapest(n, jacobian.len(), &Staircase::new(n, jacobian, &order))
+                == FactorisationKind::Banded
     }
 }
 
@@ -46,10 +47,12 @@ impl Factorisation for AutoLu {
         }
         let steps = Staircase::new(n, jacobian, &order);
         match cheapest(n, jacobian.len(), &steps) {
-            Kind::Banded => Self::Banded(BandedLu::with_order(n, jacobian, order, width, steps)),
-            Kind::Dense => Self::Dense(DenseLu::new(n, jacobian)),
+            FactorisationKind::Banded => {
+                Self::Banded(BandedLu::with_order(n, jacobian, order, width, steps))
+            }
+            FactorisationKind::Dense => Self::Dense(DenseLu::new(n, jacobian)),
             #[cfg(feature = "sparse")]
-            Kind::Sparse => {
+            FactorisationKind::Sparse => {
                 drop((order, steps));
                 Self::Sparse(Box::new(SparseLu::new(n, jacobian)))
             }
@@ -111,7 +114,7 @@ impl Factorisation for AutoLu {
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Kind {
+enum FactorisationKind {
     Dense,
     Banded,
     #[cfg(feature = "sparse")]
@@ -130,7 +133,7 @@ enum Kind {
 /// Twenty is the cost of an indexed access. A band must save at least a fifth, since its columns are longer than those
 /// of a full matrix and its right-hand sides are permuted.
 #[cfg_attr(not(feature = "sparse"), allow(unused_variables))]
-fn cheapest(n: usize, non_zeros: usize, steps: &Staircase) -> Kind {
+fn cheapest(n: usize, non_zeros: usize, steps: &Staircase) -> FactorisationKind {
     let (elimination, solution) = steps.work();
     let n = n as f64;
     let dense = n * n * (n / 3.0 + SOLUTIONS);
@@ -140,8 +143,8 @@ fn cheapest(n: usize, non_zeros: usize, steps: &Staircase) -> Kind {
         let per_row = 1.0 + non_zeros as f64 / n;
         let sparse = 20.0 * n * per_row * n.log2() * (per_row + SOLUTIONS);
         if sparse < dense.min(banded) {
-            return Kind::Sparse;
+            return FactorisationKind::Sparse;
         }
     }
-    if banded <= dense { Kind::Banded } else { Kind::Dense }
+    if banded <= dense { FactorisationKind::Banded } else { FactorisationKind::Dense }
 }

@@ -9,7 +9,7 @@
 //!
 //! Source: Golub and Van Loan, *Matrix Computations*, 4th ed. (2013), §4.3.
 
-use super::order::{Bandwidth, Order, narrowest};
+use super::order::{Bandwidth, UnknownOrder, narrowest};
 use super::staircase::Staircase;
 use super::weights::{alone, weigh};
 use super::{Factorisation, Pivot, Singular};
@@ -19,7 +19,7 @@ use crate::system::Pattern;
 #[derive(Debug, Clone)]
 pub struct BandedLu {
     n: usize,
-    order: Order,
+    order: UnknownOrder,
     width: Bandwidth,
     steps: Staircase,
     /// Column by column: U on and above the diagonal, the multiples of L below.
@@ -42,14 +42,14 @@ impl BandedLu {
     pub(super) fn with_order(
         n: usize,
         jacobian: &Pattern,
-        order: Order,
+        order: UnknownOrder,
         width: Bandwidth,
         steps: Staircase,
     ) -> Self {
         let height = 2 * width.lower + width.upper + 1;
         let permuted = match order {
-            Order::Natural => Vec::new(),
-            Order::Permuted { .. } => vec![0.0; n],
+            UnknownOrder::Natural => Vec::new(),
+            UnknownOrder::Permuted { .. } => vec![0.0; n],
         };
         Self {
             n,
@@ -148,7 +148,7 @@ impl Factorisation for BandedLu {
     fn solve(&mut self, b: &mut [f64]) {
         let Self { n, order, width, steps, factors, .. } = self;
         let Self { reciprocal_pivots, exchanges, permuted, .. } = self;
-        let band = Band {
+        let band = BandFactors {
             filled: width.lower + width.upper,
             lower: width.lower,
             steps,
@@ -158,8 +158,8 @@ impl Factorisation for BandedLu {
         };
         for b in b.chunks_exact_mut((*n).max(1)) {
             match order {
-                Order::Natural => band.solve(b),
-                Order::Permuted { unknowns, .. } => {
+                UnknownOrder::Natural => band.solve(b),
+                UnknownOrder::Permuted { unknowns, .. } => {
                     for (x, unknown) in permuted.iter_mut().zip(&*unknowns) {
                         *x = b[*unknown as usize];
                     }
@@ -182,7 +182,7 @@ impl Factorisation for BandedLu {
 }
 
 /// The factors.
-struct Band<'a> {
+struct BandFactors<'a> {
     filled: usize,
     lower: usize,
     steps: &'a Staircase,
@@ -191,7 +191,7 @@ struct Band<'a> {
     exchanges: &'a [u32],
 }
 
-impl Band<'_> {
+impl BandFactors<'_> {
     /// Overwrites x, by places, with the solution.
     fn solve(&self, x: &mut [f64]) {
         let Self { filled, lower, steps, factors, reciprocal_pivots, exchanges } = self;

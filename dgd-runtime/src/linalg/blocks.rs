@@ -114,8 +114,9 @@ mod tests {
             [(0, 0, 2.0), (1, 0, 1.0), (1, 1, 1.0), (2, 2, 1.0), (2, 3, 1.0), (3, 2, 1.0)];
         let more = [(3, 3, 1.0), (3, 0, 1.0), (0, 4, 1.0), (4, 1, 1.0)];
         let all: Vec<(usize, usize, f64)> = entries.into_iter().chain(more).collect();
-        let pattern =
-            Pattern::of(&all.iter().map(|(row, column, _)| (*row, *column)).collect::<Vec<_>>());
+        let pattern = Pattern::from_places(
+            &all.iter().map(|(row, column, _)| (*row, *column)).collect::<Vec<_>>(),
+        );
         (pattern, all.iter().map(|(_, _, value)| *value).collect(), [0.0, 0.0, 0.0, 0.0, 1.0])
     }
 

@@ -124,7 +124,7 @@ mod tests {
                 }
             }
         }
-        (Pattern::of(&places), values)
+        (Pattern::from_places(&places), values)
     }
 
     /// The largest |W x − b| for x from the factorisation.
@@ -174,7 +174,7 @@ mod tests {
                 values.push(next());
             }
         }
-        (Pattern::of(&places), values)
+        (Pattern::from_places(&places), values)
     }
 
     #[test]
@@ -206,7 +206,7 @@ mod tests {
                 values.push(if i < b && j < b { 1.0 } else { next() });
             }
         }
-        let pattern = Pattern::of(&places);
+        let pattern = Pattern::from_places(&places);
         assert!(matches!(AutoLu::new(n, &pattern), AutoLu::Banded(_)));
         let banded = residual::<AutoLu>(n, &pattern, &values);
         assert!(banded < 1e-12 * n as f64 * n as f64, "{banded}");
@@ -221,7 +221,7 @@ mod tests {
             // Each row reads two distant unknowns.
             let n = 3000;
             let far = (0..n).flat_map(|i| [1, 7919].map(|k| (i, (i * i * k + 5) % n)));
-            let pattern = Pattern::of(&far.collect::<Vec<_>>());
+            let pattern = Pattern::from_places(&far.collect::<Vec<_>>());
             assert!(matches!(AutoLu::new(n, &pattern), AutoLu::Sparse(_)));
         }
     }
@@ -234,10 +234,10 @@ mod tests {
                 let near = |i: usize| i.saturating_sub(1)..n.min(i + 2);
                 (0..n).flat_map(|j| near(j).map(move |i| (i, j))).map(|at| (at, next())).unzip()
             };
-            let pattern = Pattern::of(&places);
+            let pattern = Pattern::from_places(&places);
             let right: Vec<f64> = (0..n).map(|i| 1.0 + i as f64).collect();
             let mut of_band = right.clone();
-            let mut lu = TridiagonalLu::new(n, &pattern, order::Order::Natural);
+            let mut lu = TridiagonalLu::new(n, &pattern, order::UnknownOrder::Natural);
             lu.factorise(0.3, |_| true, &pattern, &values, None).unwrap();
             lu.solve(&mut of_band);
             let mut full = DenseLu::new(n, &pattern);
@@ -295,7 +295,7 @@ mod tests {
     fn singular_matrices_are_told_with_a_row() {
         fn row_of_failure<F: Factorisation>(n: usize, values: &[f64]) -> usize {
             // W = −J: rows 0 and 1 are regular, row 2 is the zero row.
-            let pattern = Pattern::of(&[(1, 0), (2, 0), (0, 1), (1, 2), (2, 2)]);
+            let pattern = Pattern::from_places(&[(1, 0), (2, 0), (0, 1), (1, 2), (2, 2)]);
             let mut lu = F::new(n, &pattern);
             lu.factorise(1.0, |_| false, &pattern, values, None).unwrap_err().row
         }
@@ -315,7 +315,7 @@ mod tests {
     #[test]
     fn the_smallest_pivot_bears_its_row() {
         fn smallest<F: Factorisation>() -> Pivot {
-            let pattern = Pattern::of(&[(1, 0), (0, 1)]);
+            let pattern = Pattern::from_places(&[(1, 0), (0, 1)]);
             let mut lu = F::new(2, &pattern);
             lu.factorise(1.0, |_| false, &pattern, &[3.0, -0.5], None).unwrap();
             lu.smallest_pivot().unwrap()

@@ -19,7 +19,7 @@ pub(super) struct Bandwidth {
 
 /// The order of the unknowns, and of the rows with them.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub(super) enum Order {
+pub(super) enum UnknownOrder {
     /// The given order.
     Natural,
     /// Another order.
@@ -31,7 +31,7 @@ pub(super) enum Order {
     },
 }
 
-impl Order {
+impl UnknownOrder {
     /// The place of an unknown.
     #[inline]
     pub(super) fn place(&self, unknown: usize) -> usize {
@@ -52,22 +52,22 @@ impl Order {
 }
 
 /// The given order or the reverse Cuthill–McKee order, whichever has the narrower band.
-pub(super) fn narrowest(n: usize, places: &Pattern) -> (Order, Bandwidth) {
-    let natural = bandwidth(places, &Order::Natural);
+pub(super) fn narrowest(n: usize, places: &Pattern) -> (UnknownOrder, Bandwidth) {
+    let natural = bandwidth(places, &UnknownOrder::Natural);
     // A tridiagonal matrix cannot be narrower.
     if natural.lower.max(natural.upper) <= 1 || u32::try_from(n).is_err() {
-        return (Order::Natural, natural);
+        return (UnknownOrder::Natural, natural);
     }
-    let order = reverse_cuthill_mckee(&Graph::new(n, places));
+    let order = reverse_cuthill_mckee(&PatternGraph::new(n, places));
     let permuted = bandwidth(places, &order);
     if permuted.lower + permuted.upper < natural.lower + natural.upper {
         (order, permuted)
     } else {
-        (Order::Natural, natural)
+        (UnknownOrder::Natural, natural)
     }
 }
 
-fn bandwidth(places: &Pattern, order: &Order) -> Bandwidth {
+fn bandwidth(places: &Pattern, order: &UnknownOrder) -> Bandwidth {
     let mut width = Bandwidth { lower: 0, upper: 0 };
     places.for_each_place(|row, column| {
         let (row, column) = (order.place(row), order.place(column));
@@ -78,12 +78,12 @@ fn bandwidth(places: &Pattern, order: &Order) -> Bandwidth {
 }
 
 /// Neighbours of each unknown in the pattern.
-struct Graph {
+struct PatternGraph {
     starts: Vec<u32>,
     neighbours: Vec<u32>,
 }
 
-impl Graph {
+impl PatternGraph {
     fn new(n: usize, places: &Pattern) -> Self {
         let mut starts = vec![0_u32; n + 1];
         places.for_each_place(|row, column| {
@@ -141,27 +141,28 @@ impl Graph {
 }
 
 /// Unknowns level by level, component by component, in reverse.
-fn reverse_cuthill_mckee(graph: &Graph) -> Order {
+fn reverse_cuthill_mckee(graph: &PatternGraph) -> UnknownOrder {
     let n = graph.len();
-    let mut search = Search { graph, seen: vec![0; n], round: 0, listed: Vec::with_capacity(n) };
+    let mut search =
+        BreadthFirst { graph, seen: vec![0; n], round: 0, listed: Vec::with_capacity(n) };
     for first in 0..n as u32 {
-        if search.seen[first as usize] == Search::DONE {
+        if search.seen[first as usize] == BreadthFirst::DONE {
             continue;
         }
         let root = search.end_of_component(first);
         search.list(root);
     }
-    let Search { listed: mut unknowns, seen: mut places, .. } = search;
+    let BreadthFirst { listed: mut unknowns, seen: mut places, .. } = search;
     unknowns.reverse();
     for (place, unknown) in unknowns.iter().enumerate() {
         places[*unknown as usize] = place as u32;
     }
-    Order::Permuted { unknowns, places }
+    UnknownOrder::Permuted { unknowns, places }
 }
 
 /// Breadth-first searches, component by component.
-struct Search<'a> {
-    graph: &'a Graph,
+struct BreadthFirst<'a> {
+    graph: &'a PatternGraph,
     /// The last round in which each unknown was visited.
     seen: Vec<u32>,
     round: u32,
@@ -169,7 +170,7 @@ struct Search<'a> {
     listed: Vec<u32>,
 }
 
-impl Search<'_> {
+impl BreadthFirst<'_> {
     /// Round of unknowns whose component is finished.
     const DONE: u32 = u32::MAX;
     /// Maximum number of searches for an end; two or three are typical.
@@ -257,7 +258,7 @@ mod tests {
                 places.push((i + 1, m + i));
             }
         }
-        let pattern = Pattern::of(&places);
+        let pattern = Pattern::from_places(&places);
         let (order, width) = narrowest(2 * m, &pattern);
         assert_eq!(width, Bandwidth { lower: 1, upper: 1 });
         for unknown in 0..2 * m {
@@ -269,7 +270,7 @@ mod tests {
     fn components_follow_one_another() {
         // Two rings of six, their members alternating.
         let places: Vec<_> = (0..12_usize).map(|i| (i, (i + 2) % 12)).collect();
-        let pattern = Pattern::of(&places);
+        let pattern = Pattern::from_places(&places);
         let (_, width) = narrowest(12, &pattern);
         assert_eq!(width.lower.max(width.upper), 2);
     }
@@ -290,7 +291,7 @@ mod tests {
             }
         }
         let n = rows * columns;
-        let pattern = Pattern::of(&places);
+        let pattern = Pattern::from_places(&places);
         let (_, width) = narrowest(n, &pattern);
         // Levels are diagonals of the grid: at most 7 unknowns each.
         assert!(width.lower.max(width.upper) <= rows, "{width:?}");

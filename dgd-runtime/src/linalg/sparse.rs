@@ -36,8 +36,8 @@ pub struct SparseLu {
     /// Positions in `values` of each non-zero of J, and of each diagonal element.
     jacobian_slots: Vec<usize>,
     diagonal_slots: Vec<usize>,
-    column_order: Order,
-    row_order: Order,
+    column_order: Permutation,
+    row_order: Permutation,
     factors: SimplicialLu<usize, f64>,
     scratch: MemBuffer,
     permuted: Vec<f64>,
@@ -45,7 +45,7 @@ pub struct SparseLu {
 
 /// A permutation and its inverse.
 #[derive(Debug, Clone)]
-struct Order {
+struct Permutation {
     forward: Vec<usize>,
     inverse: Vec<usize>,
 }
@@ -131,8 +131,8 @@ impl Factorisation for SparseLu {
             rows,
             jacobian_slots,
             diagonal_slots,
-            column_order: Order { forward: forward.to_vec(), inverse: inverse.to_vec() },
-            row_order: Order { forward: vec![0; n], inverse: vec![0; n] },
+            column_order: Permutation { forward: forward.to_vec(), inverse: inverse.to_vec() },
+            row_order: Permutation { forward: vec![0; n], inverse: vec![0; n] },
             factors: SimplicialLu::new(),
             scratch: Self::scratch(n),
             permuted: vec![0.0; n],

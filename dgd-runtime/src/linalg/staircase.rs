@@ -1,6 +1,6 @@
 //! The ends of rows and columns of a banded matrix.
 
-use super::order::Order;
+use super::order::UnknownOrder;
 use crate::system::Pattern;
 
 /// The steps in which a band ends, by place, after elimination with row exchanges.
@@ -15,7 +15,7 @@ pub(super) struct Staircase {
 }
 
 impl Staircase {
-    pub(super) fn new(n: usize, places: &Pattern, order: &Order) -> Self {
+    pub(super) fn new(n: usize, places: &Pattern, order: &UnknownOrder) -> Self {
         let mut bottoms: Vec<u32> = (0..n as u32).collect();
         let mut ends = bottoms.clone();
         places.for_each_place(|row, column| {
@@ -89,7 +89,7 @@ mod tests {
         let near = |i: usize, j: usize| (i / b).abs_diff(j / b) <= 1;
         let places: Vec<_> =
             (0..n).flat_map(|i| (0..n).filter(move |j| near(i, *j)).map(move |j| (i, j))).collect();
-        let steps = Staircase::new(n, &Pattern::of(&places), &Order::Natural);
+        let steps = Staircase::new(n, &Pattern::from_places(&places), &UnknownOrder::Natural);
         for k in 0..n {
             let block = k / b;
             assert_eq!(steps.bottom(k), (b * (block + 2)).min(n) - 1);

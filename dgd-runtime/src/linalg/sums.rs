@@ -44,19 +44,19 @@ impl KeptSum {
     }
 
     /// The sum of these values.
-    pub(crate) fn of(&self, values: &[f64]) -> f64 {
+    pub(crate) fn sum(&self, values: &[f64]) -> f64 {
         self.shares.iter().zip(values).map(|(share, value)| share * value).sum()
     }
 
     /// Overwrites the unknown of the row by the value that follows from the others.
     fn close(&self, values: &mut [f64], sum: f64) {
         values[self.row] = 0.0;
-        values[self.row] = sum - self.of(values);
+        values[self.row] = sum - self.sum(values);
     }
 
     /// `before`, unless these values have another sum.
     fn taken(&self, before: f64, values: &[f64]) -> f64 {
-        let now = self.of(values);
+        let now = self.sum(values);
         let terms: f64 =
             self.shares.iter().zip(values).map(|(share, value)| (share * value).abs()).sum();
         // NaN compares false.

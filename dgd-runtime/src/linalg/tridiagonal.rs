@@ -14,21 +14,21 @@
 
 use std::cmp::Ordering;
 
-use super::order::Order;
+use super::order::UnknownOrder;
 use super::weights::{alone, weigh};
 use super::{Pivot, Singular};
 use crate::system::Pattern;
 
 /// The result of eliminating one unknown: the reciprocal pivot r and the other two elements of the row of U times r.
 /// Before elimination: the elements left of, on and right of the diagonal.
-type Row = [f64; 3];
+type EliminatedRow = [f64; 3];
 
 /// LU factorisation of a matrix that is tridiagonal in a certain order of the unknowns.
 #[derive(Debug, Clone)]
 pub struct TridiagonalLu {
-    order: Order,
+    order: UnknownOrder,
     /// Rows by place.
-    rows: Vec<Row>,
+    rows: Vec<EliminatedRow>,
     /// The multiple of each pivot row that was subtracted from the other. Stored separately: only half of each solution
     /// reads them, and for many unknowns memory access dominates.
     multiples: Vec<f64>,
@@ -43,7 +43,7 @@ pub struct TridiagonalLu {
 
 /// The row carried along by the elimination: the element to eliminate, and the next.
 #[derive(Debug, Clone, Copy)]
-struct Active {
+struct ActiveRow {
     place: usize,
     weight: f64,
     here: f64,
@@ -52,7 +52,7 @@ struct Active {
 
 /// The row ahead: the element below the one to eliminate, its diagonal element and the next.
 #[derive(Debug, Clone, Copy)]
-struct Ahead {
+struct NextRow {
     place: usize,
     weight: f64,
     under: f64,
@@ -82,14 +82,18 @@ impl Pivots {
 
 /// Eliminates one unknown. Returns the result, whether the row ahead was the pivot row, and the row to continue with.
 #[inline]
-fn eliminate(active: Active, ahead: Ahead, pivots: &mut Pivots) -> (Row, f64, bool, Active) {
+fn eliminate(
+    active: ActiveRow,
+    ahead: NextRow,
+    pivots: &mut Pivots,
+) -> (EliminatedRow, f64, bool, ActiveRow) {
     if ahead.under.abs() * ahead.weight > active.here.abs() * active.weight {
         pivots.note(ahead.place, ahead.under.abs());
         let reciprocal = 1.0 / ahead.under;
         let multiple = active.here * reciprocal;
         let (next, after) = (ahead.diagonal * reciprocal, ahead.next * reciprocal);
         let here = active.next - multiple * ahead.diagonal;
-        let active = Active { here, next: -multiple * ahead.next, ..active };
+        let active = ActiveRow { here, next: -multiple * ahead.next, ..active };
         ([reciprocal, next, after], multiple, true, active)
     } else {
         pivots.note(active.place, active.here.abs());
@@ -97,14 +101,14 @@ fn eliminate(active: Active, ahead: Ahead, pivots: &mut Pivots) -> (Row, f64, bo
         let multiple = ahead.under * reciprocal;
         let next = active.next * reciprocal;
         let here = ahead.diagonal - multiple * active.next;
-        let active = Active { place: ahead.place, weight: ahead.weight, here, next: ahead.next };
+        let active = ActiveRow { place: ahead.place, weight: ahead.weight, here, next: ahead.next };
         ([reciprocal, next, 0.0], multiple, false, active)
     }
 }
 
 impl TridiagonalLu {
     /// Work space for at least two unknowns, whose `order` makes the matrix tridiagonal.
-    pub(super) fn new(n: usize, jacobian: &Pattern, order: Order) -> Self {
+    pub(super) fn new(n: usize, jacobian: &Pattern, order: UnknownOrder) -> Self {
         assert!(n >= 2, "at least two unknowns");
         Self {
             order,
@@ -171,7 +175,8 @@ impl TridiagonalLu {
         let weight = |place: usize| weights[order.unknown(place)];
         let mut pivots = Pivots { smallest: f64::INFINITY, place: 0, not_finite: None };
 
-        let active = |place: usize, here, next| Active { place, weight: weight(place), here, next };
+        let active =
+            |place: usize, here, next| ActiveRow { place, weight: weight(place), here, next };
         let mut down = active(0, rows[0][1], rows[0][2]);
         let mut up = active(n - 1, rows[n - 1][1], rows[n - 1][0]);
         for step in 0..=middle {
@@ -181,17 +186,18 @@ impl TridiagonalLu {
             if place > middle + 1 {
                 let [left, diagonal, right] = rows[place - 1];
                 let weight = weight(place - 1);
-                let ahead = Ahead { place: place - 1, weight, under: right, diagonal, next: left };
+                let ahead =
+                    NextRow { place: place - 1, weight, under: right, diagonal, next: left };
                 (rows[place], multiples[place], exchanged[place], up) =
                     eliminate(up, ahead, &mut pivots);
             }
             let ahead = if step < middle {
                 let [left, diagonal, right] = rows[step + 1];
                 let weight = weight(step + 1);
-                Ahead { place: step + 1, weight, under: left, diagonal, next: right }
+                NextRow { place: step + 1, weight, under: left, diagonal, next: right }
             } else {
-                let Active { place, weight, here, next } = up;
-                Ahead { place, weight, under: next, diagonal: here, next: 0.0 }
+                let ActiveRow { place, weight, here, next } = up;
+                NextRow { place, weight, under: next, diagonal: here, next: 0.0 }
             };
             (rows[step], multiples[step], exchanged[step], down) =
                 eliminate(down, ahead, &mut pivots);
@@ -214,8 +220,8 @@ impl TridiagonalLu {
     /// Overwrites b with W⁻¹ b.
     pub(super) fn solve(&self, b: &mut [f64]) {
         match &self.order {
-            Order::Natural => self.solve_in_order(b, |place| place),
-            Order::Permuted { unknowns, .. } => {
+            UnknownOrder::Natural => self.solve_in_order(b, |place| place),
+            UnknownOrder::Permuted { unknowns, .. } => {
                 let unknowns = &unknowns[..self.rows.len()];
                 self.solve_in_order(b, |place| unknowns[place] as usize);
             }

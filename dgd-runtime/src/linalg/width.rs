@@ -1,11 +1,11 @@
 //! Vector operations of this machine's full width, detected at run time.
 //!
-//! A program is compiled for any machine of its architecture, with vectors of two numbers. `Work` is also compiled
+//! A program is compiled for any machine of its architecture, with vectors of two numbers. `WidthTask` is also compiled
 //! for wider ones. Operations are not fused, so that results do not depend on the width.
 
 /// Width of vector operations.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum Width {
+pub(crate) enum VectorWidth {
     /// The width for which the program is compiled.
     Compiled,
     /// Four numbers.
@@ -17,11 +17,11 @@ pub(crate) enum Width {
 }
 
 /// Work to do at some width: inlined, with everything that it calls, into code of that width.
-pub(crate) trait Work {
+pub(crate) trait WidthTask {
     fn run(self);
 }
 
-impl Width {
+impl VectorWidth {
     /// The largest width of this machine.
     #[inline]
     pub(crate) fn widest() -> Self {
@@ -40,7 +40,7 @@ impl Width {
     /// Does the work.
     #[inline]
     #[allow(unsafe_code)]
-    pub(crate) fn run(self, work: impl Work) {
+    pub(crate) fn run(self, work: impl WidthTask) {
         match self {
             Self::Compiled => work.run(),
             // SAFETY: only `widest` returns these, if the machine supports them.
@@ -57,7 +57,7 @@ impl Width {
 /// and scatter one by one at larger widths.
 #[inline]
 #[allow(unsafe_code)]
-pub(crate) fn run_by_fours(work: impl Work) {
+pub(crate) fn run_by_fours(work: impl WidthTask) {
     #[cfg(target_arch = "x86_64")]
     if std::arch::is_x86_feature_detected!("avx2") {
         // SAFETY: the machine supports AVX2.
@@ -69,12 +69,12 @@ pub(crate) fn run_by_fours(work: impl Work) {
 
 #[cfg(target_arch = "x86_64")]
 #[target_feature(enable = "avx2")]
-fn run_avx2(work: impl Work) {
+fn run_avx2(work: impl WidthTask) {
     work.run();
 }
 
 #[cfg(target_arch = "x86_64")]
 #[target_feature(enable = "avx512f")]
-fn run_avx512(work: impl Work) {
+fn run_avx512(work: impl WidthTask) {
     work.run();
 }

@@ -25,7 +25,7 @@ const ROUNDING: f64 = 1e-10;
 
 /// A linear combination of states that the equations conserve in the modes of a point.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Conserved {
+pub struct ConservedCombination {
     /// Positions of states among the unknowns, ascending, with their coefficients, whose unit is the SI unit of the
     /// naming state over that of the state.
     pub terms: Vec<(usize, f64)>,
@@ -41,9 +41,9 @@ pub struct Conserved {
     pub is_linear: bool,
 }
 
-impl Conserved {
+impl ConservedCombination {
     /// The value of the combination at these unknowns.
-    pub(super) fn of(&self, y: &[f64]) -> f64 {
+    pub(super) fn value(&self, y: &[f64]) -> f64 {
         self.terms.iter().map(|(state, c)| c * y[*state]).sum()
     }
 }
@@ -147,7 +147,11 @@ fn reduce(basis: &mut DMatrix<f64>, is_read: &[bool]) -> Vec<usize> {
 
 /// A without the naming states, which follow from the others: it has the eigenvalues of A except the zeros that belong
 /// to conserved combinations.
-pub(super) fn without(a: &DMatrix<f64>, states: &[usize], conserved: &[Conserved]) -> DMatrix<f64> {
+pub(super) fn without(
+    a: &DMatrix<f64>,
+    states: &[usize],
+    conserved: &[ConservedCombination],
+) -> DMatrix<f64> {
     let place = |unknown: usize| states.binary_search(&unknown).ok();
     let names: Vec<usize> = conserved.iter().filter_map(|own| place(own.named_by)).collect();
     let rest: Vec<usize> = (0..states.len()).filter(|i| !names.contains(i)).collect();

@@ -17,8 +17,8 @@ use super::error::LinearizeError;
 use super::singular;
 use crate::linalg::full::FullLu;
 use crate::problem::unknown_sizes;
-use crate::solved::Solved;
-use crate::system::{Point, Storage};
+use crate::solved::SolvableSystem;
+use crate::system::{EvaluationPoint, Storage};
 
 /// Which unknowns are states at a point, and how the others follow from them.
 #[derive(Debug, Clone)]
@@ -39,9 +39,9 @@ impl Elimination {
     /// # Errors
     ///
     /// [`LinearizeError::Undetermined`].
-    pub fn new<S: Solved>(
+    pub fn new<S: SolvableSystem>(
         system: &S,
-        at: Point<'_>,
+        at: EvaluationPoint<'_>,
         f: &DMatrix<f64>,
     ) -> Result<Self, LinearizeError> {
         let signature = system.signature();
@@ -69,7 +69,7 @@ impl Elimination {
                 let (row, column) = open.unwrap_or((0, 0));
                 Err(LinearizeError::Undetermined {
                     t: at.t,
-                    equation: signature.equations.at(eliminated[row]).to_string(),
+                    equation: signature.equations.get(eliminated[row]).to_string(),
                     unknown: signature.unknowns.name(eliminated[column]).to_string(),
                 })
             }

@@ -34,7 +34,7 @@ pub struct Response {
 
 /// A response, and its derivatives in some directions of A.
 #[derive(Debug, Clone)]
-pub struct Differentiated {
+pub struct DifferentiatedResponse {
     pub value: Response,
     pub slopes: Vec<Response>,
 }
@@ -45,7 +45,7 @@ pub struct Responses<'a> {
     directions: Vec<&'a DMatrix<f64>>,
     /// The norm of A with states in units of their sizes, 1/s.
     norm: f64,
-    known: Vec<(f64, Differentiated)>,
+    known: Vec<(f64, DifferentiatedResponse)>,
 }
 
 impl<'a> Responses<'a> {
@@ -70,7 +70,7 @@ impl<'a> Responses<'a> {
     }
 
     /// The response after a time h; `rounding` is that of the times whose difference h is.
-    pub fn of(&mut self, h: f64, rounding: f64) -> &Differentiated {
+    pub fn response(&mut self, h: f64, rounding: f64) -> &DifferentiatedResponse {
         let known = self.known.iter().position(|(known, _)| (known - h).abs() <= rounding);
         if known.is_none() {
             let computed = self.computed(h);
@@ -79,7 +79,7 @@ impl<'a> Responses<'a> {
         &self.known[known.unwrap_or(self.known.len() - 1)].1
     }
 
-    fn computed(&self, h: f64) -> Differentiated {
+    fn computed(&self, h: f64) -> DifferentiatedResponse {
         let mut doublings = 0;
         let mut part = h;
         // A NaN norm ends the loop, and the result is NaN.
@@ -95,7 +95,7 @@ impl<'a> Responses<'a> {
         response
     }
 
-    fn series(&self, h: f64) -> Differentiated {
+    fn series(&self, h: f64) -> DifferentiatedResponse {
         let n = self.a.nrows();
         let identity = DMatrix::identity(n, n);
         // Γ₁ = h² Σ Nᵏ/(k+2)!, N = Ah, by Horner's rule.
@@ -121,12 +121,12 @@ impl<'a> Responses<'a> {
             Response { phi: of_phi, gamma_0: of_0, gamma_1: of_1 }
         });
         let slopes = slopes.collect();
-        Differentiated { value: Response { phi, gamma_0, gamma_1 }, slopes }
+        DifferentiatedResponse { value: Response { phi, gamma_0, gamma_1 }, slopes }
     }
 }
 
 /// The response of twice the time.
-fn doubled(response: &Differentiated, h: f64) -> Differentiated {
+fn doubled(response: &DifferentiatedResponse, h: f64) -> DifferentiatedResponse {
     let Response { phi, gamma_0, gamma_1 } = &response.value;
     let slopes = response.slopes.iter().map(|slope| Response {
         phi: &slope.phi * phi + phi * &slope.phi,
@@ -139,7 +139,7 @@ fn doubled(response: &Differentiated, h: f64) -> Differentiated {
         gamma_0: phi * gamma_0 + gamma_0,
         gamma_1: phi * gamma_1 + gamma_0 * h + gamma_1,
     };
-    Differentiated { value, slopes }
+    DifferentiatedResponse { value, slopes }
 }
 
 #[cfg(test)]
@@ -147,7 +147,7 @@ mod tests {
     use super::*;
 
     fn exponentials(a: &DMatrix<f64>, h: f64) -> (DMatrix<f64>, DMatrix<f64>) {
-        let response = Responses::balanced(a).of(h, 0.0).value.clone();
+        let response = Responses::balanced(a).response(h, 0.0).value.clone();
         (response.phi, response.gamma_0)
     }
 
@@ -167,7 +167,7 @@ mod tests {
             let a = DMatrix::from_row_slice(2, 2, &[-k, 0.0, 1.0, -c]);
             let direction = DMatrix::from_row_slice(2, 2, &[-1.0, 0.0, 0.0, 0.0]);
             let mut responses = Responses::new(&a, vec![&direction], &[1.0, 1.0]);
-            let found = responses.of(h, 0.0);
+            let found = responses.response(h, 0.0);
             let [ek, ec] = [(-k * h).exp(), (-c * h).exp()];
             let near = |found: f64, expected: f64, scale: f64| {
                 assert!((found - expected).abs() <= 1e-11 * scale, "{found} {expected}");
@@ -215,10 +215,10 @@ mod tests {
         let sizes = [1e6, 1.0, 1e6];
         let of = |by: f64| {
             let moved = &a + &direction * by;
-            Responses::new(&moved, Vec::new(), &sizes).of(3.0, 0.0).value.clone()
+            Responses::new(&moved, Vec::new(), &sizes).response(3.0, 0.0).value.clone()
         };
         let mut responses = Responses::new(&a, vec![&direction], &sizes);
-        let found = &responses.of(3.0, 0.0).slopes[0];
+        let found = &responses.response(3.0, 0.0).slopes[0];
         let by = 1e-3;
         let parts = |r: &Response| [r.phi.clone(), r.gamma_0.clone(), r.gamma_1.clone()];
         let difference =

@@ -11,17 +11,17 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use super::conserved::{Conserved, left_null};
+use super::conserved::{ConservedCombination, left_null};
 use super::elimination::Elimination;
 use super::error::SteadyStateError;
 use super::point::OperatingPoint;
-use super::{Columns, Slopes, singular};
-use crate::algebraic::{Algebraic, AlgebraicPoint, add_terms};
+use super::{LinearSlopes, SlopeColumns, singular};
+use crate::algebraic::{AlgebraicPoint, AlgebraicSystem, add_terms};
 use crate::linalg::full::FullLu;
 use crate::linalg::norm::Tolerances;
 use crate::problem::Problem;
-use crate::solved::Solved;
-use crate::system::{Point, Storage};
+use crate::solved::SolvableSystem;
+use crate::system::{EvaluationPoint, Storage};
 
 /// Distances of test points from the start, in sizes of the unknowns.
 const DISTANCES: [f64; 5] = [0.03, 0.1, 0.3, 0.01, 1e-3];
@@ -39,7 +39,7 @@ const STALLED: f64 = 1e-7;
 const POLISHED: Tolerances = Tolerances { rtol: 1e-10, atol: 1e-10 };
 
 /// The equations whose steady states are sought.
-pub(super) struct Held<'a, S: Solved> {
+pub(super) struct SteadyEquations<'a, S: SolvableSystem> {
     pub problem: &'a Problem<'a, S>,
     pub t: f64,
     /// Inputs without delays.
@@ -57,10 +57,15 @@ struct OfStates {
     rates: Vec<f64>,
 }
 
-impl<S: Solved> Held<'_, S> {
+impl<S: SolvableSystem> SteadyEquations<'_, S> {
     /// Combinations that are conserved in the modes `z`, with their values at `y`. Includes those that drift: their
     /// rates do not depend on the states.
-    pub(super) fn conserved(&self, y: &[f64], z: &[f64], start: &[f64]) -> Vec<Conserved> {
+    pub(super) fn conserved(
+        &self,
+        y: &[f64],
+        z: &[f64],
+        start: &[f64],
+    ) -> Vec<ConservedCombination> {
         let Some(y) = self.consistent(y, z) else { return Vec::new() };
         let Some(here) = self.slopes(&y, self.u, z) else { return Vec::new() };
         let moved = DISTANCES.iter().enumerate().filter_map(|(k, distance)| {
@@ -81,7 +86,12 @@ impl<S: Solved> Held<'_, S> {
     }
 
     /// The conserved sums near `y`, if `y` and neighbouring points are at rest.
-    pub(super) fn conserved_close(&self, y: &[f64], z: &[f64], start: &[f64]) -> Vec<Conserved> {
+    pub(super) fn conserved_close(
+        &self,
+        y: &[f64],
+        z: &[f64],
+        start: &[f64],
+    ) -> Vec<ConservedCombination> {
         let slopes = self.consistent(y, z).and_then(|y| self.slopes(&y, self.u, z));
         slopes.map_or_else(Vec::new, |here| {
             self.named(std::slice::from_ref(&here.a), &here.states, y, start, false)
@@ -95,11 +105,11 @@ impl<S: Solved> Held<'_, S> {
         y: &[f64],
         start: &[f64],
         is_linear: bool,
-    ) -> Vec<Conserved> {
+    ) -> Vec<ConservedCombination> {
         let sizes: Vec<f64> = states.iter().map(|i| self.sizes[*i]).collect();
         let combination = |(c, name): (Vec<f64>, usize)| {
             let terms = states.iter().copied().zip(c).filter(|(_, c)| *c != 0.0).collect();
-            let candidate = Conserved {
+            let candidate = ConservedCombination {
                 terms,
                 named_by: states[name],
                 value: 0.0,
@@ -107,7 +117,11 @@ impl<S: Solved> Held<'_, S> {
                 whatever_inputs: false,
                 is_linear,
             };
-            Conserved { value: candidate.of(y), at_start: candidate.of(start), ..candidate }
+            ConservedCombination {
+                value: candidate.value(y),
+                at_start: candidate.value(start),
+                ..candidate
+            }
         };
         left_null(slopes, &sizes).into_iter().map(combination).collect()
     }
@@ -115,7 +129,7 @@ impl<S: Solved> Held<'_, S> {
     /// A combination that changes at a rate that does not depend on the states, if any.
     pub(super) fn drift(
         &self,
-        conserved: &[Conserved],
+        conserved: &[ConservedCombination],
         y: &[f64],
         z: &[f64],
     ) -> Option<SteadyStateError> {
@@ -127,18 +141,19 @@ impl<S: Solved> Held<'_, S> {
         let mut sizes = vec![0.0; y.len()];
         add_terms(&mut sizes, &signature.jacobian, jacobian.as_ref(), &y);
         add_terms(&mut sizes, &signature.jacobian, jacobian.as_ref(), self.sizes);
-        let rate = |own: &Conserved| {
+        let rate = |own: &ConservedCombination| {
             own.terms.iter().filter_map(|(i, c)| Some(c * here.rates[position(i)?])).sum::<f64>()
         };
-        let terms =
-            |own: &Conserved| own.terms.iter().map(|(i, c)| c.abs() * sizes[*i]).sum::<f64>();
-        let drifting = |own: &&Conserved| rate(own).abs() > ROUNDING * terms(own);
+        let terms = |own: &ConservedCombination| {
+            own.terms.iter().map(|(i, c)| c.abs() * sizes[*i]).sum::<f64>()
+        };
+        let drifting = |own: &&ConservedCombination| rate(own).abs() > ROUNDING * terms(own);
         let sum = conserved.iter().find(drifting)?;
         let unit = signature.unknowns.unit(sum.named_by);
         let others = sum.terms.iter().filter(|(i, _)| *i != sum.named_by);
         Some(SteadyStateError::Drifts {
             t: self.t,
-            equation: signature.equations.at(sum.named_by).to_string(),
+            equation: signature.equations.get(sum.named_by).to_string(),
             unknown: signature.unknowns.name(sum.named_by).to_string(),
             with: others.map(|(i, _)| signature.unknowns.name(*i).to_string()).collect(),
             rate: rate(sum) / unit.factor,
@@ -147,7 +162,12 @@ impl<S: Solved> Held<'_, S> {
     }
 
     /// Solves 0 = f for `y` with conserved combinations held at their values. Returns whether that succeeds.
-    pub(super) fn solve(&self, conserved: &[Conserved], y: &mut Vec<f64>, z: &[f64]) -> bool {
+    pub(super) fn solve(
+        &self,
+        conserved: &[ConservedCombination],
+        y: &mut Vec<f64>,
+        z: &[f64],
+    ) -> bool {
         let norm = |step: &DVector<f64>| {
             step.iter().zip(self.sizes).map(|(x, size)| (x / size).abs()).fold(0.0, f64::max)
         };
@@ -186,7 +206,7 @@ impl<S: Solved> Held<'_, S> {
     /// The equation and the unknown that stay undetermined even with conserved combinations held.
     pub(super) fn open(
         &self,
-        conserved: &[Conserved],
+        conserved: &[ConservedCombination],
         y: &[f64],
         z: &[f64],
     ) -> Option<(usize, usize)> {
@@ -200,7 +220,7 @@ impl<S: Solved> Held<'_, S> {
     /// Residuals of the equations, and their derivatives with respect to the unknowns.
     fn equations(
         &self,
-        conserved: &[Conserved],
+        conserved: &[ConservedCombination],
         y: &[f64],
         z: &[f64],
     ) -> (DVector<f64>, DMatrix<f64>) {
@@ -211,7 +231,7 @@ impl<S: Solved> Held<'_, S> {
         let mut matrix = DMatrix::zeros(n, n);
         pattern.for_each(jacobian.as_ref(), |row, column, value| matrix[(row, column)] = value);
         for own in conserved {
-            left[own.named_by] = own.of(y) - own.value;
+            left[own.named_by] = own.value(y) - own.value;
             matrix.row_mut(own.named_by).fill(0.0);
             for (state, c) in &own.terms {
                 matrix[(own.named_by, *state)] = *c;
@@ -226,7 +246,7 @@ impl<S: Solved> Held<'_, S> {
         let (mut f, mut dfdt) = (S::Vector::zeros(y.len()), S::Vector::zeros(y.len()));
         let mut jacobian = S::Jacobian::zeros(signature.jacobian.len());
         let still = S::Inputs::zeros(signature.n_u());
-        let point = Point { t: self.t, y, u: self.u, p: self.problem.p, z };
+        let point = EvaluationPoint { t: self.t, y, u: self.u, p: self.problem.p, z };
         system.linearize(point, still.as_ref(), f.as_mut(), jacobian.as_mut(), dfdt.as_mut());
         (f, jacobian)
     }
@@ -236,9 +256,9 @@ impl<S: Solved> Held<'_, S> {
         let system = self.problem.system;
         let mut y = y.to_vec();
         let mut mass = S::Vector::zeros(y.len());
-        let point = Point { t: self.t, y: &y, u: self.u, p: self.problem.p, z };
+        let point = EvaluationPoint { t: self.t, y: &y, u: self.u, p: self.problem.p, z };
         system.mass(point, mass.as_mut());
-        let mut equations = Algebraic::new(system);
+        let mut equations = AlgebraicSystem::new(system);
         equations.enter_modes(mass.as_ref());
         let mut jacobian = S::Jacobian::zeros(system.signature().jacobian.len());
         let place = AlgebraicPoint { t: self.t, u: self.u, p: self.problem.p, z };
@@ -257,9 +277,9 @@ impl<S: Solved> Held<'_, S> {
     fn slopes(&self, y: &[f64], u: &[f64], z: &[f64]) -> Option<OfStates> {
         let operating_point =
             OperatingPoint { t: self.t, y: y.to_vec(), u: u.to_vec(), z: z.to_vec() };
-        let columns = Columns::new(self.problem, &operating_point).ok()?;
+        let columns = SlopeColumns::new(self.problem, &operating_point).ok()?;
         let (system, point) = (self.problem.system, operating_point.point(self.problem.p));
-        let slopes = Slopes::new(system, point, &columns.places, columns.len()).ok()?;
+        let slopes = LinearSlopes::new(system, point, &columns.places, columns.len()).ok()?;
         let elimination = Elimination::new(system, point, &slopes.f).ok()?;
         let rows = elimination.of_states(&slopes.f);
         let n = elimination.states.len();
@@ -280,7 +300,7 @@ impl<S: Solved> Held<'_, S> {
     }
 
     /// Whether a combination is conserved for any inputs, tested at nearby points with other inputs.
-    fn is_beyond_inputs(&self, own: &Conserved, y: &[f64], z: &[f64]) -> bool {
+    fn is_beyond_inputs(&self, own: &ConservedCombination, y: &[f64], z: &[f64]) -> bool {
         let signature = self.problem.system.signature();
         let read = signature.past().held().start.min(self.u.len());
         let mut known = 0;
@@ -290,7 +310,7 @@ impl<S: Solved> Held<'_, S> {
                 let unit = signature.inputs.get(i).map_or(1.0, |input| input.unit.factor);
                 *u += distance * u.abs().max(unit.abs()) * spread(i + y.len(), k);
             }
-            let there = Held { u: &u, ..*self };
+            let there = SteadyEquations { u: &u, ..*self };
             let moved = there.consistent(&self.moved(y, *distance, k), z);
             let Some(found) = moved.and_then(|y| there.slopes(&y, &u, z)) else { continue };
             let columns = found.a.column_iter().chain(found.b.column_iter());

@@ -45,30 +45,30 @@ pub use nalgebra::DMatrix;
 
 use crate::observe::delay::delays;
 use crate::problem::Problem;
-use crate::solved::Solved;
-use crate::system::{Pattern, Point, Storage};
-pub use conserved::Conserved;
+use crate::solved::SolvableSystem;
+use crate::system::{EvaluationPoint, Pattern, Storage};
+pub use conserved::ConservedCombination;
 pub use elimination::Elimination;
 pub use error::{LinearizeError, NotLinearised, SteadyStateError};
 pub use parametric::LinearAt;
 pub use point::OperatingPoint;
 pub use poles::{Pole, Poles, Stability};
 pub use start::find_start;
-pub use steady::{Rest, rest, steady_state};
+pub use steady::{SteadyState, rest, steady_state};
 
 pub use exponential::Responses;
-pub use parametric::{Matrices, Parametric};
+pub use parametric::{LinearMatrices, ParametricModel};
 
 /// Maximum number of unknowns of a linear model, whose matrices are dense.
 const MOST_UNKNOWNS: usize = 4000;
 
 /// An external input of the linear model.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Channel {
+pub enum LinearInput {
     /// The input at this position.
     Input(usize),
     /// The same, delayed by τ.
-    Late {
+    Delayed {
         /// Position of the input.
         input: usize,
         /// τ, s.
@@ -83,20 +83,20 @@ pub enum Channel {
     },
 }
 
-impl Channel {
+impl LinearInput {
     /// Position of the input.
     pub fn input(self) -> usize {
         match self {
-            Channel::Input(input) | Channel::Late { input, .. } | Channel::Slope { input, .. } => {
-                input
-            }
+            LinearInput::Input(input)
+            | LinearInput::Delayed { input, .. }
+            | LinearInput::Slope { input, .. } => input,
         }
     }
 }
 
 /// A delayed unknown.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct LateUnknown {
+pub struct LinearDelay {
     /// Position of the unknown.
     pub unknown: usize,
     /// τ at the point, s. If τ varies, its derivatives are included in A, B, C and D.
@@ -110,8 +110,8 @@ pub struct LateUnknown {
 /// | `a` | A | n_x × n_x | SI unit of the row's state, over that of the column's, per s |
 /// | `b` | B | n_x × n_m | the same, over that of the column's channel |
 /// | `c`, `d` | C, D | n_w × n_x, n_w × n_m | SI unit of the row's output, over that of the column |
-/// | `late_a`, `late_c` | A₁, C₁ | n_x × n_v, n_w × n_v | the same with delayed unknowns for columns |
-/// | `late_x`, `late_u`, `late_v` | E, F, G | n_v × n_x, n_v × n_m, n_v × n_v | of delayed unknowns |
+/// | `delayed_a`, `delayed_c` | A₁, C₁ | n_x × n_v, n_w × n_v | the same with delayed unknowns for columns |
+/// | `delayed_x`, `delayed_u`, `delayed_v` | E, F, G | n_v × n_x, n_v × n_m, n_v × n_v | of delayed unknowns |
 /// | `by_x`, `by_u`, `by_v` | ∂y_a/∂(x, u, v) | n_a × n_x, n_a × n_m, n_a × n_v | of eliminated unknowns |
 /// | `rates` | ẋ at the point | n_x | SI unit of the state, per s |
 /// | `u`, `v`, `w` | at the point | n_m, n_v, n_w | SI units |
@@ -122,9 +122,9 @@ pub struct StateSpace {
     /// Positions of the unknowns that follow from the states.
     pub eliminated: Vec<usize>,
     /// External inputs: the declared inputs, then their delayed values and slopes that equations read.
-    pub channels: Vec<Channel>,
+    pub channels: Vec<LinearInput>,
     /// Delayed unknowns.
-    pub late: Vec<LateUnknown>,
+    pub delayed_unknowns: Vec<LinearDelay>,
     /// Delay τ of each output: its rows are those of w(t + τ).
     pub output_delays: Vec<f64>,
     /// ∂ẋ/∂x.
@@ -136,15 +136,15 @@ pub struct StateSpace {
     /// ∂w/∂u.
     pub d: DMatrix<f64>,
     /// ∂ẋ/∂v.
-    pub late_a: DMatrix<f64>,
+    pub delayed_a: DMatrix<f64>,
     /// ∂w/∂v.
-    pub late_c: DMatrix<f64>,
+    pub delayed_c: DMatrix<f64>,
     /// ∂r/∂x.
-    pub late_x: DMatrix<f64>,
+    pub delayed_x: DMatrix<f64>,
     /// ∂r/∂u.
-    pub late_u: DMatrix<f64>,
+    pub delayed_u: DMatrix<f64>,
     /// ∂r/∂v.
-    pub late_v: DMatrix<f64>,
+    pub delayed_v: DMatrix<f64>,
     /// ∂y_a/∂x.
     pub by_x: DMatrix<f64>,
     /// ∂y_a/∂u.
@@ -161,7 +161,7 @@ pub struct StateSpace {
     pub w: Vec<f64>,
 }
 
-/// The linear model of `problem` close to `at`.
+/// The linear model of `problem` close to `get`.
 ///
 /// # Errors
 ///
@@ -171,7 +171,7 @@ pub struct StateSpace {
 /// # Panics
 ///
 /// If the point belongs to another problem.
-pub fn linearize<S: Solved>(
+pub fn linearize<S: SolvableSystem>(
     problem: &Problem<'_, S>,
     at: &OperatingPoint,
 ) -> Result<StateSpace, LinearizeError> {
@@ -183,30 +183,30 @@ pub fn linearize<S: Solved>(
     }
     let point = at.point(problem.p);
 
-    let columns = Columns::new(problem, at)?;
-    let slopes = Slopes::new(system, point, &columns.places, columns.len())?;
+    let columns = SlopeColumns::new(problem, at)?;
+    let slopes = LinearSlopes::new(system, point, &columns.places, columns.len())?;
     let elimination = Elimination::new(system, point, &slopes.f)?;
     let (n_x, n_m) = (elimination.states.len(), columns.channels.len());
-    let n_v = columns.late.len();
+    let n_v = columns.delayed_unknowns.len();
     let split = |rows: &DMatrix<f64>| {
         let part = |from, count| rows.columns(from, count).into_owned();
         [part(0, n_x), part(n_x, n_m), part(n_x + n_m, n_v)]
     };
-    let [a, b, late_a] = split(&elimination.of_states(&slopes.f));
-    let [c, d, late_c] = split(&elimination.reduced(&slopes.w));
+    let [a, b, delayed_a] = split(&elimination.of_states(&slopes.f));
+    let [c, d, delayed_c] = split(&elimination.reduced(&slopes.w));
     let Elimination { states, eliminated, follows, .. } = elimination;
     let [by_x, by_u, by_v] = split(&follows);
     // r: a state itself, or the expression for an eliminated unknown.
     let mut sources = DMatrix::zeros(n_v, n_x + n_m + n_v);
-    for (k, late) in columns.late.iter().enumerate() {
-        if let Ok(state) = states.binary_search(&late.unknown) {
+    for (k, delayed) in columns.delayed_unknowns.iter().enumerate() {
+        if let Ok(state) = states.binary_search(&delayed.unknown) {
             sources[(k, state)] = 1.0;
         } else {
-            let row = eliminated.partition_point(|i| *i < late.unknown);
+            let row = eliminated.partition_point(|i| *i < delayed.unknown);
             sources.set_row(k, &follows.row(row));
         }
     }
-    let [late_x, late_u, late_v] = split(&sources);
+    let [delayed_x, delayed_u, delayed_v] = split(&sources);
 
     let tau = delays(problem);
     let output_delays =
@@ -216,17 +216,17 @@ pub fn linearize<S: Solved>(
         states,
         eliminated,
         channels: columns.channels,
-        late: columns.late,
+        delayed_unknowns: columns.delayed_unknowns,
         output_delays,
         a,
         b,
         c,
         d,
-        late_a,
-        late_c,
-        late_x,
-        late_u,
-        late_v,
+        delayed_a,
+        delayed_c,
+        delayed_x,
+        delayed_u,
+        delayed_v,
         by_x,
         by_u,
         by_v,
@@ -254,15 +254,18 @@ impl StateSpace {
     /// # Errors
     ///
     /// [`LinearizeError::NoEigenvalues`] if the iteration does not converge.
-    pub fn poles_beside(&self, conserved: &[Conserved]) -> Result<Poles, LinearizeError> {
+    pub fn poles_beside(
+        &self,
+        conserved: &[ConservedCombination],
+    ) -> Result<Poles, LinearizeError> {
         poles::poles(self, conserved)
     }
 }
 
 /// The meaning of the columns after those of the unknowns, and their positions in u.
-struct Columns {
-    channels: Vec<Channel>,
-    late: Vec<LateUnknown>,
+struct SlopeColumns {
+    channels: Vec<LinearInput>,
+    delayed_unknowns: Vec<LinearDelay>,
     /// Their values at the point.
     u: Vec<f64>,
     v: Vec<f64>,
@@ -270,14 +273,14 @@ struct Columns {
     places: Vec<Option<usize>>,
 }
 
-impl Columns {
-    fn new<S: Solved>(
+impl SlopeColumns {
+    fn new<S: SolvableSystem>(
         problem: &Problem<'_, S>,
         at: &OperatingPoint,
     ) -> Result<Self, LinearizeError> {
         let signature = problem.system.signature();
         let tau = delays(problem);
-        let (n_in, n_late) = (signature.inputs.len(), signature.delayed_inputs.len());
+        let (n_in, n_delayed) = (signature.inputs.len(), signature.delayed_inputs.len());
         let [_, of_outputs, _] = &signature.output_jacobians;
         let is_read = |column: usize| {
             let read = |pattern: &Pattern| pattern.positions().any(|(_, c)| c == column);
@@ -287,27 +290,27 @@ impl Columns {
         let (mut channels, mut u, mut v) = (Vec::new(), Vec::new(), Vec::new());
         for (i, (place, value)) in places.iter_mut().zip(&at.u).take(n_in).enumerate() {
             *place = Some(i);
-            channels.push(Channel::Input(i));
+            channels.push(LinearInput::Input(i));
             u.push(*value);
         }
-        for (k, late) in signature.delayed_inputs.iter().enumerate() {
-            let (input, tau) = (late.input, tau[late.delay]);
+        for (k, delayed) in signature.delayed_inputs.iter().enumerate() {
+            let (input, tau) = (delayed.input, tau[delayed.delay]);
             if tau == 0.0 {
                 places[n_in + k] = Some(input);
             } else if is_read(n_in + k) {
                 places[n_in + k] = Some(channels.len());
-                channels.push(Channel::Late { input, tau });
+                channels.push(LinearInput::Delayed { input, tau });
                 u.push(at.u[n_in + k]);
             }
-            if is_read(n_in + n_late + k) {
-                places[n_in + n_late + k] = Some(channels.len());
-                channels.push(Channel::Slope { input, tau });
-                u.push(at.u[n_in + n_late + k]);
+            if is_read(n_in + n_delayed + k) {
+                places[n_in + n_delayed + k] = Some(channels.len());
+                channels.push(LinearInput::Slope { input, tau });
+                u.push(at.u[n_in + n_delayed + k]);
             }
         }
 
         let past = signature.past();
-        let mut late = Vec::new();
+        let mut linear_delays = Vec::new();
         for (k, delayed) in signature.delayed_unknowns.iter().enumerate() {
             // With a delay of zero the value is the current one, which is in the Jacobian.
             if at.u[past.held().start + k] == 0.0 {
@@ -325,21 +328,21 @@ impl Columns {
                 return Err(LinearizeError::LateSlope { unknown });
             }
             if is_read(past.values().start + k) {
-                places[past.values().start + k] = Some(channels.len() + late.len());
-                late.push(LateUnknown { unknown: delayed.unknown, tau });
+                places[past.values().start + k] = Some(channels.len() + linear_delays.len());
+                linear_delays.push(LinearDelay { unknown: delayed.unknown, tau });
                 v.push(at.u[past.values().start + k]);
             }
         }
-        Ok(Self { channels, late, u, v, places })
+        Ok(Self { channels, delayed_unknowns: linear_delays, u, v, places })
     }
 
     fn len(&self) -> usize {
-        self.channels.len() + self.late.len()
+        self.channels.len() + self.delayed_unknowns.len()
     }
 }
 
 /// Derivatives with respect to the unknowns, then to the columns after them.
-struct Slopes {
+struct LinearSlopes {
     f: DMatrix<f64>,
     w: DMatrix<f64>,
     /// f itself, n numbers.
@@ -347,11 +350,11 @@ struct Slopes {
     outputs: Vec<f64>,
 }
 
-impl Slopes {
+impl LinearSlopes {
     /// For each number of u, `places` has its column after the unknowns; there are `many` of these.
-    fn new<S: Solved>(
+    fn new<S: SolvableSystem>(
         system: &S,
-        at: Point<'_>,
+        at: EvaluationPoint<'_>,
         places: &[Option<usize>],
         many: usize,
     ) -> Result<Self, LinearizeError> {
@@ -388,7 +391,7 @@ impl Slopes {
                 let Some(place) = place else { continue };
                 if !value.is_finite() {
                     let label = if matrix == 0 {
-                        signature.equations.at(row)
+                        signature.equations.get(row)
                     } else {
                         signature.outputs[row].name.clone()
                     };

@@ -23,12 +23,12 @@ use super::elimination::Elimination;
 use super::error::{LinearizeError, NotLinearised};
 use super::point::OperatingPoint;
 use super::steady::steady_state;
-use super::{Slopes, poles};
+use super::{LinearSlopes, poles};
 use crate::observe::delay::delay_sensitivities;
 use crate::problem::{Options, Problem, parameter_size, unknown_sizes};
 use crate::signal::Inputs;
-use crate::solved::Solved;
-use crate::system::{Direction, Point, Storage};
+use crate::solved::SolvableSystem;
+use crate::system::{Direction, EvaluationPoint, Storage};
 
 /// Step of the differences, in sizes: truncation and rounding errors are both about 1e-12.
 const STEP: f64 = 1e-3;
@@ -48,7 +48,7 @@ impl LinearAt {
     /// # Errors
     ///
     /// [`NotLinearised::NoSteadyState`], [`NotLinearised::Run`].
-    pub fn point<S: Solved>(
+    pub fn point<S: SolvableSystem>(
         &self,
         problem: &Problem<'_, S>,
         from: f64,
@@ -69,7 +69,7 @@ impl LinearAt {
 
 /// The matrices of a linear model, or their derivatives with respect to one of θ.
 #[derive(Debug, Clone)]
-pub struct Matrices {
+pub struct LinearMatrices {
     /// A.
     pub a: DMatrix<f64>,
     /// B.
@@ -89,20 +89,20 @@ pub struct Matrices {
 }
 
 /// A linear model close to a point that moves with θ.
-pub struct Parametric {
+pub struct ParametricModel {
     /// Positions of the states among the unknowns.
     pub states: Vec<usize>,
     /// Sizes of the states.
     pub sizes: Vec<f64>,
     /// The model itself.
-    pub model: Matrices,
+    pub model: LinearMatrices,
     /// Derivatives by direction; `None` for one that the model does not depend on. Empty if none were requested.
-    pub slopes: Vec<Option<Matrices>>,
+    pub slopes: Vec<Option<LinearMatrices>>,
 }
 
-impl Parametric {
+impl ParametricModel {
     /// The linear model of a run over these times, with its derivatives if requested.
-    pub fn new<S: Solved>(
+    pub fn new<S: SolvableSystem>(
         problem: &Problem<'_, S>,
         at: &LinearAt,
         times: &[f64],
@@ -111,8 +111,8 @@ impl Parametric {
     ) -> Result<Self, NotLinearised> {
         let system = problem.system;
         let signature = system.signature();
-        if let Some(late) = signature.delayed_unknowns.first() {
-            let unknown = signature.unknowns.name(late.unknown).to_string();
+        if let Some(delayed) = signature.delayed_unknowns.first() {
+            let unknown = signature.unknowns.name(delayed.unknown).to_string();
             return Err(NotLinearised::LateUnknown { unknown });
         }
         let from = times.first().copied().unwrap_or(0.0);
@@ -129,7 +129,7 @@ impl Parametric {
             None => (at.point(problem, from, options)?, None),
         };
         let place = point.point(problem.p);
-        let linear = Linear::new(system, place).map_err(NotLinearised::NoModel)?;
+        let linear = PointDerivatives::new(system, place).map_err(NotLinearised::NoModel)?;
         verify_still(system, place, &linear, times)?;
         let model = linear.matrices(&point);
         if let LinearAt::Rest(_) = at {
@@ -142,7 +142,8 @@ impl Parametric {
         let mut sizes = vec![0.0; point.y.len()];
         unknown_sizes(system, &point.y, &mut sizes);
         let slopes = if with_slopes {
-            let along = Along { problem, point: &point, linear: &linear, sizes: &sizes };
+            let along =
+                MovingDerivatives { problem, point: &point, linear: &linear, sizes: &sizes };
             along.slopes(of_run).map_err(NotLinearised::NoModel)?
         } else {
             Vec::new()
@@ -154,10 +155,10 @@ impl Parametric {
 }
 
 /// Checks that the model does not depend on time, by evaluating it at the point at other times of the run.
-fn verify_still<S: Solved>(
+fn verify_still<S: SolvableSystem>(
     system: &S,
-    at: Point<'_>,
-    linear: &Linear,
+    at: EvaluationPoint<'_>,
+    linear: &PointDerivatives,
     times: &[f64],
 ) -> Result<(), NotLinearised> {
     let signature = system.signature();
@@ -166,11 +167,13 @@ fn verify_still<S: Solved>(
     for part in [0.618, 1.0] {
         let t = first + part * (last - first);
         let now = &linear.slopes;
-        let then = Linear::new(system, Point { t, ..at }).map_err(NotLinearised::NoModel)?.slopes;
+        let then = PointDerivatives::new(system, EvaluationPoint { t, ..at })
+            .map_err(NotLinearised::NoModel)?
+            .slopes;
         let moves = |a: &DMatrix<f64>, b: &DMatrix<f64>, row: usize| a.row(row) != b.row(row);
         let equation = (0..now.f.nrows())
             .find(|i| moves(&now.f, &then.f, *i) || now.rates[*i] != then.rates[*i])
-            .map(|i| signature.equations.at(i).to_string());
+            .map(|i| signature.equations.get(i).to_string());
         let output = || {
             let moved = (0..now.w.nrows())
                 .find(|i| moves(&now.w, &then.w, *i) || now.outputs[*i] != then.outputs[*i]);
@@ -184,7 +187,7 @@ fn verify_still<S: Solved>(
 }
 
 /// Non-zeros of ∂w/∂y and ∂w/∂u.
-fn output_jacobians<S: Solved>(system: &S, at: Point<'_>) -> [Vec<f64>; 2] {
+fn output_jacobians<S: SolvableSystem>(system: &S, at: EvaluationPoint<'_>) -> [Vec<f64>; 2] {
     let signature = system.signature();
     let [w_y, w_u, w_p] = &signature.output_jacobians;
     let (mut dwdy, mut dwdu) = (vec![0.0; w_y.len()], vec![0.0; w_u.len()]);
@@ -194,13 +197,13 @@ fn output_jacobians<S: Solved>(system: &S, at: Point<'_>) -> [Vec<f64>; 2] {
 }
 
 /// All derivatives at a point, and the unknowns that are states there.
-struct Linear {
-    slopes: Slopes,
+struct PointDerivatives {
+    slopes: LinearSlopes,
     elimination: Elimination,
 }
 
-impl Linear {
-    fn new<S: Solved>(system: &S, at: Point<'_>) -> Result<Self, LinearizeError> {
+impl PointDerivatives {
+    fn new<S: SolvableSystem>(system: &S, at: EvaluationPoint<'_>) -> Result<Self, LinearizeError> {
         let signature = system.signature();
         let n = signature.unknowns.len();
         if n > super::MOST_UNKNOWNS {
@@ -208,12 +211,12 @@ impl Linear {
         }
         let n_u = signature.n_u();
         let places: Vec<Option<usize>> = (0..n_u).map(Some).collect();
-        let slopes = Slopes::new(system, at, &places, n_u)?;
+        let slopes = LinearSlopes::new(system, at, &places, n_u)?;
         let elimination = Elimination::new(system, at, &slopes.f)?;
         Ok(Self { slopes, elimination })
     }
 
-    fn matrices(&self, at: &OperatingPoint) -> Matrices {
+    fn matrices(&self, at: &OperatingPoint) -> LinearMatrices {
         let states = &self.elimination.states;
         let of_states = |values: &[f64]| DVector::from_fn(states.len(), |i, _| values[states[i]]);
         let rows = self.elimination.of_states(&self.slopes.f);
@@ -236,10 +239,10 @@ impl Linear {
         rows: &DMatrix<f64>,
         outputs: &DMatrix<f64>,
         [rates, x, u, w]: [DVector<f64>; 4],
-    ) -> Matrices {
+    ) -> LinearMatrices {
         let n_x = self.elimination.states.len();
         let n_u = rows.ncols() - n_x;
-        Matrices {
+        LinearMatrices {
             a: rows.columns(0, n_x).into_owned(),
             b: rows.columns(n_x, n_u).into_owned(),
             c: outputs.columns(0, n_x).into_owned(),
@@ -253,24 +256,27 @@ impl Linear {
 }
 
 /// Derivatives along a moving point.
-struct Along<'a, S> {
+struct MovingDerivatives<'a, S> {
     problem: &'a Problem<'a, S>,
     point: &'a OperatingPoint,
-    linear: &'a Linear,
+    linear: &'a PointDerivatives,
     /// Sizes of all unknowns.
     sizes: &'a [f64],
 }
 
 /// g and its derivatives, with dg/dt along one slope of the inputs.
-struct Equations<S: Solved> {
+struct EquationDerivatives<S: SolvableSystem> {
     g: S::Sensitivity,
     dgdy: S::SensitivityJacobian,
     dgdt: S::Sensitivity,
 }
 
-impl<S: Solved> Along<'_, S> {
+impl<S: SolvableSystem> MovingDerivatives<'_, S> {
     /// Derivatives by direction, with the sensitivities of a run that led to the point, or of the steady state.
-    fn slopes(&self, of_run: Option<Vec<f64>>) -> Result<Vec<Option<Matrices>>, LinearizeError> {
+    fn slopes(
+        &self,
+        of_run: Option<Vec<f64>>,
+    ) -> Result<Vec<Option<LinearMatrices>>, LinearizeError> {
         let signature = self.problem.system.signature();
         let (n, n_u) = (signature.unknowns.len(), signature.n_u());
         let n_s = signature.directions.len();
@@ -308,7 +314,7 @@ impl<S: Solved> Along<'_, S> {
                 return Ok(None);
             }
             if let Some(at) = f.iter().position(|value| !value.is_finite()) {
-                let equation = signature.equations.at(at % n).to_string();
+                let equation = signature.equations.get(at % n).to_string();
                 return Err(LinearizeError::NotFinite { t: self.point.t, equation });
             }
             let part = |all: &[f64], len: usize| all[j * len..(j + 1) * len].to_vec();
@@ -366,7 +372,7 @@ impl<S: Solved> Along<'_, S> {
         match open {
             None => Ok(right.as_slice().to_vec()),
             Some(at) => {
-                let equation = signature.equations.at(at % n.max(1)).to_string();
+                let equation = signature.equations.get(at % n.max(1)).to_string();
                 Err(LinearizeError::NotFinite { t: self.point.t, equation })
             }
         }
@@ -375,23 +381,23 @@ impl<S: Solved> Along<'_, S> {
     /// du₀/dθ, by columns: delayed inputs change with their delays.
     fn inputs_moved(&self) -> Vec<f64> {
         let signature = self.problem.system.signature();
-        let (n_in, n_late) = (signature.inputs.len(), signature.delayed_inputs.len());
+        let (n_in, n_delayed) = (signature.inputs.len(), signature.delayed_inputs.len());
         let (n_u, n_s) = (signature.n_u(), signature.directions.len());
         let mut moved = vec![0.0; n_u * n_s];
-        if n_late > 0 {
+        if n_delayed > 0 {
             let dtau = delay_sensitivities(self.problem);
             for (column, dtau) in
                 moved.chunks_exact_mut(n_u).zip(dtau.chunks_exact(signature.delays.len()))
             {
-                for (k, late) in signature.delayed_inputs.iter().enumerate() {
-                    column[n_in + k] = -self.point.u[n_in + n_late + k] * dtau[late.delay];
+                for (k, delayed) in signature.delayed_inputs.iter().enumerate() {
+                    column[n_in + k] = -self.point.u[n_in + n_delayed + k] * dtau[delayed.delay];
                 }
             }
         }
         moved
     }
 
-    fn equations(&self, s: &[f64], moving: Option<usize>) -> Equations<S> {
+    fn equations(&self, s: &[f64], moving: Option<usize>) -> EquationDerivatives<S> {
         let system = self.problem.system;
         let signature = system.signature();
         let (n, n_s) = (signature.unknowns.len(), signature.directions.len());
@@ -415,7 +421,7 @@ impl<S: Solved> Along<'_, S> {
             dgdy.as_mut(),
             dgdt.as_mut(),
         );
-        Equations { g, dgdy, dgdt }
+        EquationDerivatives { g, dgdy, dgdt }
     }
 
     /// Removes the contribution of moving delays, −∂f/∂v v̇ dτ/dθ, for which g reads the slopes of delayed inputs: it
@@ -423,21 +429,22 @@ impl<S: Solved> Along<'_, S> {
     fn forget_slopes(&self, f: &mut [DMatrix<f64>]) {
         let signature = self.problem.system.signature();
         let n = signature.unknowns.len();
-        let (n_in, n_late) = (signature.inputs.len(), signature.delayed_inputs.len());
-        if n_late == 0 {
+        let (n_in, n_delayed) = (signature.inputs.len(), signature.delayed_inputs.len());
+        if n_delayed == 0 {
             return;
         }
         let dtau = delay_sensitivities(self.problem);
         let reads_slope = |k: usize| {
-            let slope = n_in + n_late + k;
+            let slope = n_in + n_delayed + k;
             signature.input_jacobian.positions().any(|(_, column)| column == slope)
         };
         for (f, dtau) in f.iter_mut().zip(dtau.chunks_exact(signature.delays.len())) {
-            for (k, late) in signature.delayed_inputs.iter().enumerate() {
+            for (k, delayed) in signature.delayed_inputs.iter().enumerate() {
                 if reads_slope(k) {
-                    let by_late = self.linear.slopes.f.column(n + n_in + k) * dtau[late.delay];
-                    let mut column = f.column_mut(n + n_in + n_late + k);
-                    column += by_late;
+                    let by_delayed =
+                        self.linear.slopes.f.column(n + n_in + k) * dtau[delayed.delay];
+                    let mut column = f.column_mut(n + n_in + n_delayed + k);
+                    column += by_delayed;
                 }
             }
         }
@@ -478,7 +485,7 @@ impl<S: Solved> Along<'_, S> {
                 };
                 let (y, u) = (move_by(&self.point.y, s), move_by(&self.point.u, u));
                 let OperatingPoint { t, z, .. } = self.point;
-                output_jacobians(system, Point { t: *t, y: &y, u: &u, p: &p, z })
+                output_jacobians(system, EvaluationPoint { t: *t, y: &y, u: &u, p: &p, z })
             };
             let ([above_y, above_u], [below_y, below_u]) = (side(step), side(-step));
             let difference = |above: Vec<f64>, below: Vec<f64>| -> Vec<f64> {

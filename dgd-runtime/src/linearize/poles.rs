@@ -20,7 +20,7 @@ use nalgebra::linalg::balancing::balance_parlett_reinsch;
 use nalgebra::{Complex, DMatrix, DVector};
 
 use super::StateSpace;
-use super::conserved::{Conserved, without};
+use super::conserved::{ConservedCombination, without};
 use super::error::LinearizeError;
 use crate::linalg::blocks::blocks;
 use crate::system::Pattern;
@@ -118,15 +118,19 @@ impl Poles {
 }
 
 /// The poles of a linear model.
-pub(super) fn poles(system: &StateSpace, conserved: &[Conserved]) -> Result<Poles, LinearizeError> {
-    if system.late.is_empty() {
+pub(super) fn poles(
+    system: &StateSpace,
+    conserved: &[ConservedCombination],
+) -> Result<Poles, LinearizeError> {
+    if system.delayed_unknowns.is_empty() {
         let mut poles = eigenvalues(&without(&system.a, &system.states, conserved))?;
         let zero = Pole { re: 0.0, im: 0.0, rounding: 0.0 };
         poles.extend(conserved.iter().map(|_| zero));
         sort(&mut poles);
         return Ok(Poles { poles, complete: true, certain: true });
     }
-    let longest = system.late.iter().fold(0.0_f64, |longest, late| longest.max(late.tau));
+    let longest =
+        system.delayed_unknowns.iter().fold(0.0_f64, |longest, delayed| longest.max(delayed.tau));
     let [least, most] = INTERVALS;
     let wanted = radius(system).map(|radius| (2.0 * radius * longest).ceil());
     let intervals = wanted.map_or(least, |wanted| (wanted as usize).clamp(least, most));
@@ -159,11 +163,11 @@ pub(super) fn poles(system: &StateSpace, conserved: &[Conserved]) -> Result<Pole
 /// entries are bounded by those of |A| + |A₁| (1 + |G| + |G|² + …) |E|. `None` if delayed unknowns depend on each other
 /// in a cycle, so that the sum does not end.
 fn radius(system: &StateSpace) -> Option<f64> {
-    let mut way = system.late_x.abs();
+    let mut way = system.delayed_x.abs();
     let mut bound = system.a.abs();
-    for _ in 0..=system.late.len() {
-        bound += system.late_a.abs() * &way;
-        way = system.late_v.abs() * way;
+    for _ in 0..=system.delayed_unknowns.len() {
+        bound += system.delayed_a.abs() * &way;
+        way = system.delayed_v.abs() * way;
     }
     balance_parlett_reinsch(&mut bound);
     let largest = bound.row_iter().map(|row| row.sum()).fold(0.0, f64::max);
@@ -185,7 +189,7 @@ pub(super) fn eigenvalues(matrix: &DMatrix<f64>) -> Result<Vec<Pole>, LinearizeE
         (0..n).flat_map(|j| (0..n).map(move |i| (i, j))).filter(|at| matrix[*at] != 0.0).collect();
     let values: Vec<f64> = places.iter().map(|at| matrix[*at]).collect();
     let mut poles = Vec::with_capacity(n);
-    for block in blocks(&Pattern::of(&places), &values, &vec![0.0; n]) {
+    for block in blocks(&Pattern::from_places(&places), &values, &vec![0.0; n]) {
         poles.extend(of_block(matrix.select_rows(&block).select_columns(&block))?);
     }
     Ok(poles)
@@ -217,20 +221,20 @@ fn of_block(mut matrix: DMatrix<f64>) -> Result<Vec<Pole>, LinearizeError> {
 /// The matrix of the states and the history in transit: x, then for each delayed unknown r at the Chebyshev points
 /// after the first, at which r = E x + G v.
 fn transported(system: &StateSpace, intervals: usize) -> DMatrix<f64> {
-    let (n, n_v) = (system.a.nrows(), system.late.len());
+    let (n, n_v) = (system.a.nrows(), system.delayed_unknowns.len());
     let len = n + n_v * intervals;
     let place = |k: usize, point: usize| n + k * intervals + point - 1;
     let derivative = chebyshev_derivative(intervals);
     let mut matrix = DMatrix::zeros(len, len);
     matrix.view_mut((0, 0), (n, n)).copy_from(&system.a);
-    for (k, late) in system.late.iter().enumerate() {
+    for (k, delayed) in system.delayed_unknowns.iter().enumerate() {
         // v_k is r_k at the last point.
         let column = place(k, intervals);
         for i in 0..n {
-            matrix[(i, column)] += system.late_a[(i, k)];
+            matrix[(i, column)] += system.delayed_a[(i, k)];
         }
         // θ = τ (ξ − 1)/2 for −1 ≤ ξ ≤ 1.
-        let per_time = 2.0 / late.tau;
+        let per_time = 2.0 / delayed.tau;
         for point in 1..=intervals {
             let row = place(k, point);
             for other in 1..=intervals {
@@ -238,10 +242,10 @@ fn transported(system: &StateSpace, intervals: usize) -> DMatrix<f64> {
             }
             let first = per_time * derivative[(point, 0)];
             for i in 0..n {
-                matrix[(row, i)] += first * system.late_x[(k, i)];
+                matrix[(row, i)] += first * system.delayed_x[(k, i)];
             }
             for j in 0..n_v {
-                matrix[(row, place(j, intervals))] += first * system.late_v[(k, j)];
+                matrix[(row, place(j, intervals))] += first * system.delayed_v[(k, j)];
             }
         }
     }
@@ -268,7 +272,7 @@ fn chebyshev_derivative(n: usize) -> DMatrix<f64> {
 
 /// The solution of det Δ(s) = 0 next to a candidate, by Newton's method: s ← s − 1/tr(Δ⁻¹ Δ').
 fn corrected(system: &StateSpace, candidate: Pole, longest: f64) -> Option<Pole> {
-    let (n, n_v) = (system.a.nrows(), system.late.len());
+    let (n, n_v) = (system.a.nrows(), system.delayed_unknowns.len());
     let mut s = Complex::new(candidate.re, candidate.im);
     for _ in 0..MOST_CORRECTIONS {
         let mut delta = DMatrix::from_element(n + n_v, n + n_v, Complex::new(0.0, 0.0));
@@ -280,16 +284,16 @@ fn corrected(system: &StateSpace, candidate: Pole, longest: f64) -> Option<Pole>
             delta[(i, i)] += s;
             slope[(i, i)].re = 1.0;
             for k in 0..n_v {
-                delta[(i, n + k)].re = -system.late_a[(i, k)];
+                delta[(i, n + k)].re = -system.delayed_a[(i, k)];
             }
         }
-        for (k, late) in system.late.iter().enumerate() {
-            let shift = (-s * late.tau).exp();
-            let (of_x, of_v) = (system.late_x.row(k), system.late_v.row(k));
+        for (k, delayed) in system.delayed_unknowns.iter().enumerate() {
+            let shift = (-s * delayed.tau).exp();
+            let (of_x, of_v) = (system.delayed_x.row(k), system.delayed_v.row(k));
             for (column, source) in of_x.iter().chain(of_v.iter()).enumerate() {
                 let source = *source;
                 delta[(n + k, column)] -= shift * source;
-                slope[(n + k, column)] += shift * source * late.tau;
+                slope[(n + k, column)] += shift * source * delayed.tau;
             }
             delta[(n + k, n + k)].re += 1.0;
         }
@@ -317,7 +321,7 @@ fn corrected(system: &StateSpace, candidate: Pole, longest: f64) -> Option<Pole>
 mod tests {
     use super::*;
 
-    fn of(matrix: &DMatrix<f64>) -> Vec<Pole> {
+    fn compute(matrix: &DMatrix<f64>) -> Vec<Pole> {
         let mut poles = eigenvalues(matrix).expect("the iteration converges");
         sort(&mut poles);
         poles
@@ -328,7 +332,7 @@ mod tests {
         // Each state drives the next: implicit double shifts leave this unchanged.
         for n in 3..9 {
             let cycle = DMatrix::from_fn(n, n, |i, j| f64::from(u8::from(i == (j + 1) % n)));
-            let poles = of(&cycle);
+            let poles = compute(&cycle);
             for k in 0..n {
                 let root = Complex::from_polar(1.0, TAU * k as f64 / n as f64);
                 let near = poles.iter().map(|pole| (Complex::new(pole.re, pole.im) - root).norm());
@@ -350,7 +354,7 @@ mod tests {
             () if i + 1 == j => -rate(j),
             () => 0.0,
         });
-        let found: Vec<f64> = of(&chain).iter().map(|pole| pole.re).collect();
+        let found: Vec<f64> = compute(&chain).iter().map(|pole| pole.re).collect();
         let mut expected: Vec<f64> = (0..n).map(rate).collect();
         expected.sort_by(|a, b| b.total_cmp(a));
         assert_eq!(found, expected);
@@ -359,7 +363,7 @@ mod tests {
     #[test]
     fn units_of_the_states_do_not_matter() {
         // A mass of 2 kg on a spring of 50 N/m with 4 N s/m, its states in units 1e9 apart: −1 ± √24 i.
-        let poles = of(&DMatrix::from_row_slice(2, 2, &[0.0, 1e-9, -25e9, -2.0]));
+        let poles = compute(&DMatrix::from_row_slice(2, 2, &[0.0, 1e-9, -25e9, -2.0]));
         assert!((poles[0].re + 1.0).abs() < 1e-13 && (poles[0].im - 24_f64.sqrt()).abs() < 1e-13);
         assert_eq!(poles[1].im, -poles[0].im);
         assert!((poles[0].damping().expect("a pair") - 0.2).abs() < 1e-14);

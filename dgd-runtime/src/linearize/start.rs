@@ -11,16 +11,16 @@
 
 use nalgebra::DMatrix;
 
-use super::conserved::Conserved;
-use super::held::Held;
-use super::steady::{Rest, rest};
+use super::conserved::ConservedCombination;
+use super::held::SteadyEquations;
+use super::steady::{SteadyState, rest};
 use crate::error::InitialError;
 use crate::integrate::start::consistent::start_values;
 use crate::integrate::start::equations::start_by_equations;
 use crate::problem::{Options, Problem, parameter_size, unknown_sizes};
-use crate::signal::{Inputs, Side};
-use crate::solved::Solved;
-use crate::system::{Direction, Point, Storage};
+use crate::signal::{Inputs, LimitSide};
+use crate::solved::SolvableSystem;
+use crate::system::{Direction, EvaluationPoint, Storage};
 
 /// Steps of differences of coefficients, in sizes of parameters.
 const STEP: f64 = 1e-4;
@@ -33,7 +33,7 @@ const STEP: f64 = 1e-4;
 /// # Errors
 ///
 /// [`InitialError::NoRest`], [`InitialError::NoStart`], and that of a start value which is not finite.
-pub fn find_start<S: Solved>(
+pub fn find_start<S: SolvableSystem>(
     problem: &Problem<'_, S>,
     t: f64,
     options: &Options,
@@ -51,8 +51,8 @@ pub fn find_start<S: Solved>(
     let no_rest = |reason: String| InitialError::NoRest { t, reason };
     let inputs = problem.inputs_read().map_err(|error| no_rest(error.to_string()))?;
     let mut u = S::Inputs::zeros(inputs.len());
-    inputs.value(t, Side::Right, u.as_mut());
-    let point = Point { t, y: &[], u: u.as_ref(), p: problem.p, z: &[] };
+    inputs.value(t, LimitSide::Right, u.as_mut());
+    let point = EvaluationPoint { t, y: &[], u: u.as_ref(), p: problem.p, z: &[] };
     let mut declared = vec![0.0; n];
     start_values(problem, point, &mut declared)?;
     let full: Vec<(usize, f64)> = declared.iter().copied().enumerate().collect();
@@ -61,7 +61,7 @@ pub fn find_start<S: Solved>(
     let steady = rest(&search, t, options).map_err(|error| no_rest(error.to_string()))?;
     y.copy_from_slice(&steady.at.y);
     if let Some(s) = s {
-        let slopes = Slopes { problem, rest: &steady, declared: &declared };
+        let slopes = StartSlopes { problem, rest: &steady, declared: &declared };
         let solved = slopes.of_start(point, s);
         solved.ok_or_else(|| {
             no_rest("derivatives to what is estimated are not defined there".to_owned())
@@ -70,15 +70,15 @@ pub fn find_start<S: Solved>(
     Ok(())
 }
 
-struct Slopes<'a, S: Solved> {
+struct StartSlopes<'a, S: SolvableSystem> {
     problem: &'a Problem<'a, S>,
-    rest: &'a Rest,
+    rest: &'a SteadyState,
     declared: &'a [f64],
 }
 
-impl<S: Solved> Slopes<'_, S> {
+impl<S: SolvableSystem> StartSlopes<'_, S> {
     /// S, n × n_s by columns; `None` if it is not determined.
-    fn of_start(&self, at: Point<'_>, s: &mut [f64]) -> Option<()> {
+    fn of_start(&self, at: EvaluationPoint<'_>, s: &mut [f64]) -> Option<()> {
         let system = self.problem.system;
         let signature = system.signature();
         let (n, n_s) = (self.declared.len(), signature.directions.len());
@@ -151,7 +151,7 @@ impl<S: Solved> Slopes<'_, S> {
             let step = STEP * parameter_size(self.problem.system, i);
             let [after, before] = [step, -step].map(|step| self.conserved_at(i, step));
             let (after, before) = (after?, before?);
-            let difference = |a: &Conserved, b: &Conserved| {
+            let difference = |a: &ConservedCombination, b: &ConservedCombination| {
                 let mut slope = vec![0.0; n];
                 for (sign, own) in [(1.0, a), (-1.0, b)] {
                     for (state, c) in &own.terms {
@@ -161,7 +161,9 @@ impl<S: Solved> Slopes<'_, S> {
                 slope
             };
             let pairs = after.iter().zip(&before);
-            let names = |all: &[Conserved]| all.iter().map(|own| own.named_by).collect::<Vec<_>>();
+            let names = |all: &[ConservedCombination]| {
+                all.iter().map(|own| own.named_by).collect::<Vec<_>>()
+            };
             let is_same =
                 names(&after) == names(&self.rest.conserved) && names(&after) == names(&before);
             is_same.then(|| pairs.map(|(a, b)| difference(a, b)).collect())
@@ -170,14 +172,15 @@ impl<S: Solved> Slopes<'_, S> {
     }
 
     /// The conserved sums at the point with another value of a parameter.
-    fn conserved_at(&self, parameter: usize, step: f64) -> Option<Vec<Conserved>> {
+    fn conserved_at(&self, parameter: usize, step: f64) -> Option<Vec<ConservedCombination>> {
         let mut p = self.problem.p.to_vec();
         p[parameter] += step;
         let problem = Problem { p: &p, ..*self.problem };
         let mut sizes = vec![0.0; self.declared.len()];
         unknown_sizes(self.problem.system, self.declared, &mut sizes);
         let point = &self.rest.at;
-        let families = Held { problem: &problem, t: point.t, u: &point.u, sizes: &sizes };
+        let families =
+            SteadyEquations { problem: &problem, t: point.t, u: &point.u, sizes: &sizes };
         let conserved = families.conserved(&point.y, &point.z, self.declared);
         (conserved.len() == self.rest.conserved.len()).then_some(conserved)
     }

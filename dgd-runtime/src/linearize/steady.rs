@@ -6,12 +6,12 @@
 
 use nalgebra::DMatrix;
 
-use super::conserved::Conserved;
+use super::conserved::ConservedCombination;
 use super::error::SteadyStateError;
-use super::held::Held;
+use super::held::SteadyEquations;
 use super::point::OperatingPoint;
 use super::singular;
-use crate::algebraic::{Algebraic, AlgebraicPoint, add_terms};
+use crate::algebraic::{AlgebraicPoint, AlgebraicSystem, add_terms};
 use crate::discrete::state_selection::select_states;
 use crate::discrete::{choose_sides, choose_start_modes, discrete_numbers};
 use crate::error::IntegrateError;
@@ -21,9 +21,9 @@ use crate::integrate::start::consistent::consistent_start;
 use crate::linalg::norm::Tolerances;
 use crate::observe::delay::delays;
 use crate::problem::{Options, Problem, unknown_sizes};
-use crate::signal::{Inputs, Side};
-use crate::solved::Solved;
-use crate::system::{Point, Storage};
+use crate::signal::{Inputs, LimitSide};
+use crate::solved::SolvableSystem;
+use crate::system::{EvaluationPoint, Storage};
 
 /// The run towards rest lasts 10^k seconds, for k up to this.
 const LONGEST: i32 = 9;
@@ -40,11 +40,11 @@ const POLISHED: Tolerances = Tolerances { rtol: 1e-10, atol: 1e-10 };
 
 /// A steady state, and the conserved combinations held there.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Rest {
+pub struct SteadyState {
     /// The point.
     pub at: OperatingPoint,
     /// Conserved combinations; empty if the steady state is isolated.
-    pub conserved: Vec<Conserved>,
+    pub conserved: Vec<ConservedCombination>,
 }
 
 /// The steady state of `problem` with the inputs as they are at `t`, found from its start values there.
@@ -54,7 +54,7 @@ pub struct Rest {
 /// # Errors
 ///
 /// [`SteadyStateError`]: there is none, there is a continuous family of them, or none is found.
-pub fn steady_state<S: Solved>(
+pub fn steady_state<S: SolvableSystem>(
     problem: &Problem<'_, S>,
     t: f64,
     options: &Options,
@@ -68,20 +68,20 @@ pub fn steady_state<S: Solved>(
 /// # Errors
 ///
 /// [`SteadyStateError`]: there is none, or none is found.
-pub fn rest<S: Solved>(
+pub fn rest<S: SolvableSystem>(
     problem: &Problem<'_, S>,
     t: f64,
     options: &Options,
-) -> Result<Rest, SteadyStateError> {
+) -> Result<SteadyState, SteadyStateError> {
     found(problem, t, options, true)
 }
 
-fn found<S: Solved>(
+fn found<S: SolvableSystem>(
     problem: &Problem<'_, S>,
     t: f64,
     options: &Options,
     may_hold: bool,
-) -> Result<Rest, SteadyStateError> {
+) -> Result<SteadyState, SteadyStateError> {
     let verified = problem.verify().map_err(IntegrateError::BadRequest);
     verified.map_err(SteadyStateError::Start)?;
     let mut constant = vec![0.0; problem.inputs.len()];
@@ -89,14 +89,14 @@ fn found<S: Solved>(
         .inputs
         .cover(t, t)
         .map_err(|error| SteadyStateError::Start(IntegrateError::Inputs(error)))?;
-    problem.inputs.value(t, Side::Right, &mut constant);
+    problem.inputs.value(t, LimitSide::Right, &mut constant);
     let inputs = Inputs::constant(&constant);
     let problem = Problem { inputs: &inputs, ..*problem };
     let start = consistent_start(&problem, t, options).map_err(SteadyStateError::Start)?;
     let mut search =
-        Search::new(&problem, t, &start.y, options).map_err(SteadyStateError::Start)?;
+        SteadySearch::new(&problem, t, &start.y, options).map_err(SteadyStateError::Start)?;
     search.may_hold = may_hold;
-    if let Some(found) = search.rest(&start.y, &start.z, Guess::Start)? {
+    if let Some(found) = search.rest(&start.y, &start.z, InitialGuess::Start)? {
         return Ok(found);
     }
 
@@ -109,7 +109,7 @@ fn found<S: Solved>(
     };
     // Later rows are closer to rest, unless the run ended early.
     for k in (0..solution.len()).rev() {
-        if let Some(found) = search.rest(solution.y(k), solution.z(k), Guess::Run)? {
+        if let Some(found) = search.rest(solution.y(k), solution.z(k), InitialGuess::Run)? {
             return Ok(found);
         }
     }
@@ -125,7 +125,7 @@ fn found<S: Solved>(
 
 /// The origin of a guess.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Guess {
+enum InitialGuess {
     /// The start values.
     Start,
     /// A run, whose modes hold.
@@ -133,7 +133,7 @@ enum Guess {
 }
 
 /// The search for a steady state.
-struct Search<'a, S: Solved> {
+struct SteadySearch<'a, S: SolvableSystem> {
     problem: &'a Problem<'a, S>,
     t: f64,
     /// Inputs without delays.
@@ -142,14 +142,14 @@ struct Search<'a, S: Solved> {
     z: Vec<f64>,
     sizes: Vec<f64>,
     tolerances: Tolerances,
-    equations: Algebraic<S>,
+    equations: AlgebraicSystem<S>,
     jacobian: S::Jacobian,
     start: Vec<f64>,
     /// Whether conserved combinations may be held.
     may_hold: bool,
 }
 
-impl<'a, S: Solved> Search<'a, S> {
+impl<'a, S: SolvableSystem> SteadySearch<'a, S> {
     fn new(
         problem: &'a Problem<'a, S>,
         t: f64,
@@ -159,12 +159,12 @@ impl<'a, S: Solved> Search<'a, S> {
         let system = problem.system;
         let inputs = problem.inputs_read().map_err(IntegrateError::Inputs)?;
         let mut u = vec![0.0; inputs.len()];
-        inputs.value(t, Side::Right, &mut u);
+        inputs.value(t, LimitSide::Right, &mut u);
         let mut sizes = vec![0.0; start.len()];
         unknown_sizes(system, start, &mut sizes);
         let mut z = discrete_numbers(system, problem.p, t);
         let mut e = vec![0.0; system.signature().discrete.transitions().count()];
-        let point = Point { t, y: start, u: &u, p: problem.p, z: &[] };
+        let point = EvaluationPoint { t, y: start, u: &u, p: problem.p, z: &[] };
         choose_start_modes(system, point, &mut e, &mut z);
         Ok(Self {
             problem,
@@ -173,15 +173,15 @@ impl<'a, S: Solved> Search<'a, S> {
             z,
             sizes,
             tolerances: Tolerances { rtol: options.rtol, atol: options.atol },
-            equations: Algebraic::all(system),
+            equations: AlgebraicSystem::all(system),
             jacobian: S::Jacobian::zeros(system.signature().jacobian.len()),
             start: start.to_vec(),
             may_hold: false,
         })
     }
 
-    fn point<'b>(&'b self, y: &'b [f64], z: &'b [f64]) -> Point<'b> {
-        Point { t: self.t, y, u: self.u.as_slice(), p: self.problem.p, z }
+    fn point<'b>(&'b self, y: &'b [f64], z: &'b [f64]) -> EvaluationPoint<'b> {
+        EvaluationPoint { t: self.t, y, u: self.u.as_slice(), p: self.problem.p, z }
     }
 
     /// A steady state from this guess: an isolated one, or one with conserved combinations held.
@@ -189,11 +189,11 @@ impl<'a, S: Solved> Search<'a, S> {
         &mut self,
         guess: &[f64],
         z: &[f64],
-        of: Guess,
-    ) -> Result<Option<Rest>, SteadyStateError> {
-        if let Some(found) = self.from(guess, z.to_vec(), of) {
+        of: InitialGuess,
+    ) -> Result<Option<SteadyState>, SteadyStateError> {
+        if let Some(found) = self.search_from(guess, z.to_vec(), of) {
             match self.undetermined(&found.y, &found.z) {
-                None => return Ok(Some(Rest { at: found, conserved: Vec::new() })),
+                None => return Ok(Some(SteadyState { at: found, conserved: Vec::new() })),
                 Some(error) if !self.may_hold => return Err(error),
                 Some(_) => {}
             }
@@ -202,13 +202,19 @@ impl<'a, S: Solved> Search<'a, S> {
     }
 
     /// The last row of a run, if it is at rest in a family of steady states.
-    fn rest_close(&mut self, y: &[f64], z: &[f64]) -> Option<Rest> {
-        self.rest_held(y, z, Guess::Run, true)
+    fn rest_close(&mut self, y: &[f64], z: &[f64]) -> Option<SteadyState> {
+        self.rest_held(y, z, InitialGuess::Run, true)
     }
 
     /// A steady state with conserved combinations held at their values at the guess; with `close`, those that are
     /// conserved only close to it.
-    fn rest_held(&mut self, guess: &[f64], z: &[f64], of: Guess, close: bool) -> Option<Rest> {
+    fn rest_held(
+        &mut self,
+        guess: &[f64],
+        z: &[f64],
+        of: InitialGuess,
+        close: bool,
+    ) -> Option<SteadyState> {
         let knows_late = !self.problem.system.signature().delayed_unknowns.is_empty();
         if !self.may_hold || knows_late || self.undetermined(guess, z).is_none() {
             return None;
@@ -230,7 +236,7 @@ impl<'a, S: Solved> Search<'a, S> {
             if !is_solved {
                 return None;
             }
-            let rests = of == Guess::Run && self.is_near(&y, guess);
+            let rests = of == InitialGuess::Run && self.is_near(&y, guess);
             if !rests && (close || !self.holds(&y, &z, &mut e)) {
                 let before = z.clone();
                 choose_sides(self.problem.system, self.point(&y, &[]), &mut e, &mut z);
@@ -240,13 +246,13 @@ impl<'a, S: Solved> Search<'a, S> {
                 continue;
             }
             select_states(self.problem.system, self.point(&y, &[]), &mut z, &mut e);
-            return Some(Rest { at: self.seen_late(y, z), conserved });
+            return Some(SteadyState { at: self.seen_delayed(y, z), conserved });
         }
         None
     }
 
-    fn held(&self) -> Held<'_, S> {
-        Held { problem: self.problem, t: self.t, u: &self.u, sizes: &self.sizes }
+    fn held(&self) -> SteadyEquations<'_, S> {
+        SteadyEquations { problem: self.problem, t: self.t, u: &self.u, sizes: &self.sizes }
     }
 
     /// Conditions on time as they are at t, regardless of how long the run was.
@@ -257,7 +263,12 @@ impl<'a, S: Solved> Search<'a, S> {
     }
 
     /// A steady state from this guess, in modes that hold there.
-    fn from(&mut self, guess: &[f64], z: Vec<f64>, of: Guess) -> Option<OperatingPoint> {
+    fn search_from(
+        &mut self,
+        guess: &[f64],
+        z: Vec<f64>,
+        of: InitialGuess,
+    ) -> Option<OperatingPoint> {
         let system = self.problem.system;
         let mut z = self.at_start(z);
         let mut e = vec![0.0; system.signature().discrete.transitions().count()];
@@ -273,11 +284,11 @@ impl<'a, S: Solved> Search<'a, S> {
                 return None;
             }
             // A run may come to rest on a threshold.
-            let rests = of == Guess::Run && self.is_near(&y, guess);
+            let rests = of == InitialGuess::Run && self.is_near(&y, guess);
             if rests || self.holds(&y, &z, &mut e) {
                 self.polish(&mut y, &z);
                 select_states(system, self.point(&y, &[]), &mut z, &mut e);
-                return Some(self.seen_late(y, z));
+                return Some(self.seen_delayed(y, z));
             }
             let before = z.clone();
             choose_sides(system, self.point(&y, &[]), &mut e, &mut z);
@@ -322,7 +333,7 @@ impl<'a, S: Solved> Search<'a, S> {
     }
 
     /// The point as a run at rest would see it, with a constant past of delayed unknowns.
-    fn seen_late(&self, y: Vec<f64>, z: Vec<f64>) -> OperatingPoint {
+    fn seen_delayed(&self, y: Vec<f64>, z: Vec<f64>) -> OperatingPoint {
         let signature = self.problem.system.signature();
         let mut u = self.u.clone();
         let past = signature.past();
@@ -356,7 +367,7 @@ impl<'a, S: Solved> Search<'a, S> {
         SteadyStateError::NotAtRest {
             t: self.t,
             ran,
-            equation: signature.equations.at(most).to_string(),
+            equation: signature.equations.get(most).to_string(),
             unknown: signature.unknowns.name(most).to_string(),
             rate: f[most] / unit.factor,
             unit: unit.symbol.to_string(),
@@ -387,7 +398,7 @@ impl<'a, S: Solved> Search<'a, S> {
         let is_solved = f.iter().zip(&terms).all(|(f, terms)| f.abs() <= AT_REST * terms);
         Some(SteadyStateError::Undetermined {
             t: self.t,
-            equation: signature.equations.at(row).to_string(),
+            equation: signature.equations.get(row).to_string(),
             residual: if is_solved { 0.0 } else { f[row] },
             unknown: signature.unknowns.name(column).to_string(),
         })

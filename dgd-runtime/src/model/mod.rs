@@ -4,7 +4,7 @@
 //! objects: code that runs a model many times and does little between the runs makes one virtual call for each run or
 //! function evaluation, and none within a run.
 //!
-//! `&dyn Model` is also [`Solved`], so that functions generic over systems accept it. Functions that would be slow that
+//! `&dyn Model` is also [`SolvableSystem`], so that functions generic over systems accept it. Functions that would be slow that
 //! way have a namesake here, which runs the model's own compiled code: [`observe`], [`stream`], [`measure`],
 //! [`per_sample_of_head`] and [`choose_per_sample`].
 
@@ -13,20 +13,20 @@ pub mod for_identify;
 
 use std::fmt;
 
-use crate::codegen::taylor::{KeptSeries, NoTaylor, Terms};
+use crate::codegen::taylor::{KeptSeries, NoTaylorSeries, SeriesTerms};
 use crate::error::{Failure, InitialError, IntegrateError};
-use crate::integrate::fixed_step::{self, Measured, PerSampleChoice};
+use crate::integrate::fixed_step::{self, PerSampleChoice, RunErrors};
 use crate::linalg::AutoLu;
 use crate::observe::{self, Observations};
-use crate::problem::{Options, Problem, Wanted};
+use crate::problem::{Options, Problem, WantedResults};
 use crate::signal::{Inputs, Segment};
 use crate::solution::Solution;
-use crate::solved::Solved;
-use crate::system::{Point, Signature, Storage, System};
+use crate::solved::SolvableSystem;
+use crate::system::{EvaluationPoint, Signature, Storage, System};
 
 /// The data of a run: a [`Problem`] without its system.
 #[derive(Debug, Clone, Copy)]
-pub struct Given<'a> {
+pub struct RunData<'a> {
     /// All parameters, SI.
     pub p: &'a [f64],
     /// Inputs, in the order of the signature.
@@ -35,20 +35,20 @@ pub struct Given<'a> {
     pub start: &'a [(usize, f64)],
 }
 
-impl<'a> Given<'a> {
-    fn of<S>(problem: &Problem<'a, S>) -> Self {
+impl<'a> RunData<'a> {
+    fn from_problem<S>(problem: &Problem<'a, S>) -> Self {
         let Problem { p, inputs, start, .. } = *problem;
         Self { p, inputs, start }
     }
 
-    fn to<S>(self, system: &'a S) -> Problem<'a, S> {
+    fn to_problem<S>(self, system: &'a S) -> Problem<'a, S> {
         let Self { p, inputs, start } = self;
         Problem { system, p, inputs, start }
     }
 }
 
 /// Receives the outputs of a run as it reaches the samples.
-pub trait Samples {
+pub trait SampleReceiver {
     /// Whether outputs are wanted at the k-th requested time. Called in the order of the times.
     fn wants(&mut self, k: usize) -> bool;
 
@@ -103,9 +103,9 @@ macro_rules! for_point_functions {
                 udot: &[f64], s: &[f64], drests: &mut [f64], drestsdt: &mut [f64],
                 djacobian: &mut [f64], djacobiandt: &mut [f64]
             );
-            taylor(udot: &[f64], h: f64, order: usize, kept: &mut [Terms], y: &mut [f64]);
+            taylor(udot: &[f64], h: f64, order: usize, kept: &mut [SeriesTerms], y: &mut [f64]);
             sensitivity_taylor(
-                udot: &[f64], h: f64, order: usize, kept: &mut [Terms], y: &mut [f64], s: &mut [f64]
+                udot: &[f64], h: f64, order: usize, kept: &mut [SeriesTerms], y: &mut [f64], s: &mut [f64]
             );
         }
     };
@@ -113,7 +113,7 @@ macro_rules! for_point_functions {
 
 macro_rules! declare {
     ($($name:ident($($argument:ident: $type:ty),*);)*) => {
-        /// A compiled model that can be copied for another thread. Implemented for every [`Solved`] type that is
+        /// A compiled model that can be copied for another thread. Implemented for every [`SolvableSystem`] type that is
         /// `Clone` and `Send`.
         ///
         /// Functions at a point are those of the same name in [`System`].
@@ -125,32 +125,32 @@ macro_rules! declare {
             /// A copy, for another thread.
             fn copied(&self) -> Box<dyn Model>;
 
-            $(fn $name(&self, at: Point<'_>, $($argument: $type),*);)*
+            $(fn $name(&self, at: EvaluationPoint<'_>, $($argument: $type),*);)*
 
             #[doc(hidden)]
-            fn taylor_series(&self) -> Result<KeptSeries, NoTaylor>;
+            fn taylor_series(&self) -> Result<KeptSeries, NoTaylorSeries>;
 
-            /// Integrates, like [`Solved::integrate`].
+            /// Integrates, like [`SolvableSystem::integrate`].
             ///
             /// # Errors
             ///
             /// [`Failure`], with the part of the solution that was reached.
             fn integrate(
                 &self,
-                given: Given<'_>,
+                given: RunData<'_>,
                 times: &[f64],
                 options: &Options,
-                wanted: Wanted<'_>,
+                wanted: WantedResults<'_>,
             ) -> Result<Solution, Failure>;
 
-            /// Start values at rest, as [`Solved::find_start`].
+            /// Start values at rest, as [`SolvableSystem::find_start`].
             ///
             /// # Errors
             ///
             /// [`InitialError`]: there is no rest.
             fn find_start(
                 &self,
-                given: Given<'_>,
+                given: RunData<'_>,
                 t: f64,
                 options: &Options,
                 y: &mut [f64],
@@ -158,30 +158,30 @@ macro_rules! declare {
             ) -> Result<(), InitialError>;
 
             #[doc(hidden)]
-            fn observe(&self, given: Given<'_>, solution: &Solution) -> Observations;
+            fn observe(&self, given: RunData<'_>, solution: &Solution) -> Observations;
 
             #[doc(hidden)]
             fn stream(
                 &self,
-                given: Given<'_>,
+                given: RunData<'_>,
                 times: &[f64],
                 options: &Options,
-                samples: &mut dyn Samples,
+                samples: &mut dyn SampleReceiver,
             ) -> Result<(), IntegrateError>;
 
             #[doc(hidden)]
             fn measure(
                 &self,
-                given: Given<'_>,
+                given: RunData<'_>,
                 times: &[f64],
                 per_sample: u32,
                 options: &Options,
-            ) -> Result<Measured, IntegrateError>;
+            ) -> Result<RunErrors, IntegrateError>;
 
             #[doc(hidden)]
             fn per_sample_of_head(
                 &self,
-                given: Given<'_>,
+                given: RunData<'_>,
                 times: &[f64],
                 options: &Options,
             ) -> Result<u32, IntegrateError>;
@@ -189,7 +189,7 @@ macro_rules! declare {
             #[doc(hidden)]
             fn choose_per_sample(
                 &self,
-                given: Given<'_>,
+                given: RunData<'_>,
                 times: &[f64],
                 options: &Options,
             ) -> Result<PerSampleChoice, IntegrateError>;
@@ -201,7 +201,7 @@ for_point_functions!(declare);
 
 macro_rules! implement {
     ($($name:ident($($argument:ident: $type:ty),*);)*) => {
-        impl<S: Solved + Clone + Send + 'static> Model for S {
+        impl<S: SolvableSystem + Clone + Send + 'static> Model for S {
             fn signature(&self) -> &Signature {
                 System::signature(self)
             }
@@ -210,76 +210,76 @@ macro_rules! implement {
                 Box::new(self.clone())
             }
 
-            $(fn $name(&self, at: Point<'_>, $($argument: $type),*) {
+            $(fn $name(&self, at: EvaluationPoint<'_>, $($argument: $type),*) {
                 System::$name(self, at, $($argument),*);
             })*
 
-            fn taylor_series(&self) -> Result<KeptSeries, NoTaylor> {
+            fn taylor_series(&self) -> Result<KeptSeries, NoTaylorSeries> {
                 System::taylor_series(self)
             }
 
             fn integrate(
                 &self,
-                given: Given<'_>,
+                given: RunData<'_>,
                 times: &[f64],
                 options: &Options,
-                wanted: Wanted<'_>,
+                wanted: WantedResults<'_>,
             ) -> Result<Solution, Failure> {
-                <S as Solved>::integrate(&given.to(self), times, options, wanted)
+                <S as SolvableSystem>::integrate(&given.to_problem(self), times, options, wanted)
             }
 
             fn find_start(
                 &self,
-                given: Given<'_>,
+                given: RunData<'_>,
                 t: f64,
                 options: &Options,
                 y: &mut [f64],
                 s: Option<&mut [f64]>,
             ) -> Result<(), InitialError> {
-                <S as Solved>::find_start(&given.to(self), t, options, y, s)
+                <S as SolvableSystem>::find_start(&given.to_problem(self), t, options, y, s)
             }
 
-            fn observe(&self, given: Given<'_>, solution: &Solution) -> Observations {
-                observe::observe(&given.to(self), solution)
+            fn observe(&self, given: RunData<'_>, solution: &Solution) -> Observations {
+                observe::observe(&given.to_problem(self), solution)
             }
 
             fn stream(
                 &self,
-                given: Given<'_>,
+                given: RunData<'_>,
                 times: &[f64],
                 options: &Options,
-                samples: &mut dyn Samples,
+                samples: &mut dyn SampleReceiver,
             ) -> Result<(), IntegrateError> {
-                let problem = given.to(self);
-                fixed_step::stream(&problem, times, options, &mut Sampling::new(problem, samples))
+                let problem = given.to_problem(self);
+                fixed_step::stream(&problem, times, options, &mut SampleEvaluator::new(problem, samples))
             }
 
             fn measure(
                 &self,
-                given: Given<'_>,
+                given: RunData<'_>,
                 times: &[f64],
                 per_sample: u32,
                 options: &Options,
-            ) -> Result<Measured, IntegrateError> {
-                fixed_step::measure(&given.to(self), times, per_sample, options)
+            ) -> Result<RunErrors, IntegrateError> {
+                fixed_step::measure(&given.to_problem(self), times, per_sample, options)
             }
 
             fn per_sample_of_head(
                 &self,
-                given: Given<'_>,
+                given: RunData<'_>,
                 times: &[f64],
                 options: &Options,
             ) -> Result<u32, IntegrateError> {
-                fixed_step::per_sample_of_head(&given.to(self), times, options)
+                fixed_step::per_sample_of_head(&given.to_problem(self), times, options)
             }
 
             fn choose_per_sample(
                 &self,
-                given: Given<'_>,
+                given: RunData<'_>,
                 times: &[f64],
                 options: &Options,
             ) -> Result<PerSampleChoice, IntegrateError> {
-                fixed_step::choose_per_sample(&given.to(self), times, options)
+                fixed_step::choose_per_sample(&given.to_problem(self), times, options)
             }
         }
 
@@ -294,25 +294,25 @@ macro_rules! implement {
                 Model::signature(*self)
             }
 
-            $(fn $name(&self, at: Point<'_>, $($argument: $type),*) {
+            $(fn $name(&self, at: EvaluationPoint<'_>, $($argument: $type),*) {
                 Model::$name(*self, at, $($argument),*);
             })*
 
-            fn taylor_series(&self) -> Result<KeptSeries, NoTaylor> {
+            fn taylor_series(&self) -> Result<KeptSeries, NoTaylorSeries> {
                 Model::taylor_series(*self)
             }
         }
 
-        impl Solved for &dyn Model {
+        impl SolvableSystem for &dyn Model {
             type Factorisation = AutoLu;
 
             fn integrate(
                 problem: &Problem<'_, Self>,
                 times: &[f64],
                 options: &Options,
-                wanted: Wanted<'_>,
+                wanted: WantedResults<'_>,
             ) -> Result<Solution, Failure> {
-                Model::integrate(*problem.system, Given::of(problem), times, options, wanted)
+                Model::integrate(*problem.system, RunData::from_problem(problem), times, options, wanted)
             }
 
             fn find_start(
@@ -322,7 +322,7 @@ macro_rules! implement {
                 y: &mut [f64],
                 s: Option<&mut [f64]>,
             ) -> Result<(), InitialError> {
-                Model::find_start(*problem.system, Given::of(problem), t, options, y, s)
+                Model::find_start(*problem.system, RunData::from_problem(problem), t, options, y, s)
             }
         }
     };
@@ -341,7 +341,7 @@ pub type ModelProblem<'a> = Problem<'a, &'a dyn Model>;
 
 /// Evaluates outputs, like [`crate::observe`].
 pub fn observe(problem: &ModelProblem<'_>, solution: &Solution) -> Observations {
-    problem.system.observe(Given::of(problem), solution)
+    problem.system.observe(RunData::from_problem(problem), solution)
 }
 
 /// Runs with sensitivities and a fixed number of steps per sample, and stores nothing: the outputs at each wanted time
@@ -354,9 +354,9 @@ pub fn stream(
     problem: &ModelProblem<'_>,
     times: &[f64],
     options: &Options,
-    samples: &mut dyn Samples,
+    samples: &mut dyn SampleReceiver,
 ) -> Result<(), IntegrateError> {
-    problem.system.stream(Given::of(problem), times, options, samples)
+    problem.system.stream(RunData::from_problem(problem), times, options, samples)
 }
 
 /// The unknowns' errors in a run with a fixed number of steps per sample.
@@ -369,8 +369,8 @@ pub fn measure(
     times: &[f64],
     per_sample: u32,
     options: &Options,
-) -> Result<Measured, IntegrateError> {
-    problem.system.measure(Given::of(problem), times, per_sample, options)
+) -> Result<RunErrors, IntegrateError> {
+    problem.system.measure(RunData::from_problem(problem), times, per_sample, options)
 }
 
 /// The number of steps per sample that the beginning of a run needs for the unknowns to meet the tolerance.
@@ -383,7 +383,7 @@ pub fn per_sample_of_head(
     times: &[f64],
     options: &Options,
 ) -> Result<u32, IntegrateError> {
-    problem.system.per_sample_of_head(Given::of(problem), times, options)
+    problem.system.per_sample_of_head(RunData::from_problem(problem), times, options)
 }
 
 /// Chooses the steps per sample, like [`crate::choose_per_sample`].
@@ -396,13 +396,13 @@ pub fn choose_per_sample(
     times: &[f64],
     options: &Options,
 ) -> Result<PerSampleChoice, IntegrateError> {
-    problem.system.choose_per_sample(Given::of(problem), times, options)
+    problem.system.choose_per_sample(RunData::from_problem(problem), times, options)
 }
 
-/// Evaluates outputs for [`Samples`] with the model's own compiled code.
-struct Sampling<'a, S: Solved> {
+/// Evaluates outputs for [`SampleReceiver`] with the model's own compiled code.
+struct SampleEvaluator<'a, S: SolvableSystem> {
     problem: Problem<'a, S>,
-    samples: &'a mut dyn Samples,
+    samples: &'a mut dyn SampleReceiver,
     /// Position of the next time.
     k: usize,
     u: S::Inputs,
@@ -410,8 +410,8 @@ struct Sampling<'a, S: Solved> {
     dw: Vec<f64>,
 }
 
-impl<'a, S: Solved> Sampling<'a, S> {
-    fn new(problem: Problem<'a, S>, samples: &'a mut dyn Samples) -> Self {
+impl<'a, S: SolvableSystem> SampleEvaluator<'a, S> {
+    fn new(problem: Problem<'a, S>, samples: &'a mut dyn SampleReceiver) -> Self {
         let signature = problem.system.signature();
         let n_w = signature.outputs.len();
         let dw = vec![0.0; n_w * signature.directions.len()];
@@ -420,7 +420,7 @@ impl<'a, S: Solved> Sampling<'a, S> {
     }
 }
 
-impl<S: Solved> fixed_step::Sink for Sampling<'_, S> {
+impl<S: SolvableSystem> fixed_step::SampleSink for SampleEvaluator<'_, S> {
     #[inline]
     fn take(&mut self, t: f64, segment: Segment<'_>, y: &[f64], s: &[f64]) {
         let k = self.k;
@@ -430,7 +430,7 @@ impl<S: Solved> fixed_step::Sink for Sampling<'_, S> {
         }
         let Problem { system, p, .. } = self.problem;
         segment.value(t, self.u.as_mut());
-        let point = Point { t, y, u: self.u.as_ref(), p, z: &[] };
+        let point = EvaluationPoint { t, y, u: self.u.as_ref(), p, z: &[] };
         system.output_sensitivities(point, s, &mut self.w, &mut self.dw);
         self.samples.take(k, &self.w, &self.dw);
     }

@@ -6,21 +6,21 @@
 
 use crate::error::{BadRequest, IntegrateError};
 use crate::problem::Problem;
-use crate::signal::Side;
-use crate::solution::{LateValues, Solution, side};
-use crate::system::{Point, System};
+use crate::signal::LimitSide;
+use crate::solution::{DelayedOutputValues, Solution, side};
+use crate::system::{EvaluationPoint, System};
 
 /// The times of a run with delayed outputs.
-pub struct LateTimes {
+pub struct DelayedOutputTimes {
     /// All times needed, ascending; twice where a left limit is needed.
     pub all: Vec<f64>,
     /// Positions of the requested times in `all`.
     asked: Vec<usize>,
-    clocks: Vec<Clock>,
+    clocks: Vec<DelayClock>,
 }
 
 /// Times at which the outputs with one delay are read.
-struct Clock {
+struct DelayClock {
     delay: usize,
     tau: f64,
     /// Their positions in `all`.
@@ -31,7 +31,9 @@ struct Clock {
 pub fn delays<S: System>(problem: &Problem<'_, S>) -> Vec<f64> {
     let mut tau = vec![0.0; problem.system.signature().delays.len()];
     if !tau.is_empty() {
-        problem.system.delays(Point { t: 0.0, y: &[], u: &[], p: problem.p, z: &[] }, &mut tau);
+        problem
+            .system
+            .delays(EvaluationPoint { t: 0.0, y: &[], u: &[], p: problem.p, z: &[] }, &mut tau);
     }
     tau
 }
@@ -41,18 +43,18 @@ pub fn delay_sensitivities<S: System>(problem: &Problem<'_, S>) -> Vec<f64> {
     let signature = problem.system.signature();
     let mut dtau = vec![0.0; signature.delays.len() * signature.directions.len()];
     if !dtau.is_empty() {
-        let point = Point { t: 0.0, y: &[], u: &[], p: problem.p, z: &[] };
+        let point = EvaluationPoint { t: 0.0, y: &[], u: &[], p: problem.p, z: &[] };
         problem.system.delay_sensitivities(point, &mut dtau);
     }
     dtau
 }
 
-impl LateTimes {
+impl DelayedOutputTimes {
     /// The times that a run needs for outputs at all requested `times`, which ascend; `None` if no output has a delay.
     pub fn new<S: System>(
         problem: &Problem<'_, S>,
         times: &[f64],
-    ) -> Result<Option<LateTimes>, IntegrateError> {
+    ) -> Result<Option<DelayedOutputTimes>, IntegrateError> {
         let signature = problem.system.signature();
         let mut used: Vec<usize> = signature.outputs.iter().filter_map(|w| w.delay).collect();
         used.sort_unstable();
@@ -66,7 +68,7 @@ impl LateTimes {
 
         let tau = delays(problem);
         let reach = problem.inputs.last_known().max(until);
-        let mut needed: Vec<(f64, Side)> =
+        let mut needed: Vec<(f64, LimitSide)> =
             (0..times.len()).map(|k| (times[k], side(times, k))).collect();
         for &delay in &used {
             let tau = tau[delay];
@@ -77,12 +79,12 @@ impl LateTimes {
             for k in 0..times.len() {
                 let (t, side) = needed[k];
                 let s = (t - tau).clamp(from, reach);
-                needed.push((s, if s > from { side } else { Side::Right }));
+                needed.push((s, if s > from { side } else { LimitSide::Right }));
             }
         }
         let readings = needed.clone();
         needed.sort_by(|(a, a_side), (b, b_side)| {
-            a.total_cmp(b).then((*a_side == Side::Right).cmp(&(*b_side == Side::Right)))
+            a.total_cmp(b).then((*a_side == LimitSide::Right).cmp(&(*b_side == LimitSide::Right)))
         });
         let mut all_times: Vec<f64> = Vec::with_capacity(needed.len());
         for (i, (t, side)) in needed.iter().enumerate() {
@@ -90,24 +92,24 @@ impl LateTimes {
             if is_new {
                 all_times.push(*t);
                 // A left limit is recorded together with the right one.
-                if *side == Side::Left {
+                if *side == LimitSide::Left {
                     all_times.push(*t);
                 }
             }
         }
 
-        let row = |(t, side): &(f64, Side)| match side {
-            Side::Left => all_times.partition_point(|other| other < t),
-            Side::Right => all_times.partition_point(|other| other <= t) - 1,
+        let row = |(t, side): &(f64, LimitSide)| match side {
+            LimitSide::Left => all_times.partition_point(|other| other < t),
+            LimitSide::Right => all_times.partition_point(|other| other <= t) - 1,
         };
         let mut rows = readings.chunks_exact(times.len()).map(|chunk| chunk.iter().map(row));
         let first = rows.next().map(Iterator::collect).unwrap_or_default();
         let clocks = used
             .iter()
             .zip(rows)
-            .map(|(&delay, rows)| Clock { delay, tau: tau[delay], rows: rows.collect() })
+            .map(|(&delay, rows)| DelayClock { delay, tau: tau[delay], rows: rows.collect() })
             .collect();
-        Ok(Some(LateTimes { all: all_times, asked: first, clocks }))
+        Ok(Some(DelayedOutputTimes { all: all_times, asked: first, clocks }))
     }
 
     /// The solution at the requested `times`, from that at all times or at the first of them.
@@ -116,18 +118,26 @@ impl LateTimes {
         let (y, s, z) = pick(&all, &self.asked[..reached]);
         let past = self.asked[..reached].iter().flat_map(|row| all.past(*row));
         let past = past.copied().collect();
-        let late = self
+        let delayed = self
             .clocks
             .iter()
-            .map(|Clock { delay, tau, rows }| {
+            .map(|DelayClock { delay, tau, rows }| {
                 let rows = &rows[..reached];
                 let (y, s, z) = pick(&all, rows);
                 let times = rows.iter().map(|row| self.all[*row]).collect();
                 let past = rows.iter().flat_map(|row| all.past(*row)).copied().collect();
-                LateValues { delay: *delay, tau: *tau, times, y, s, z, past }
+                DelayedOutputValues { delay: *delay, tau: *tau, times, y, s, z, past }
             })
             .collect();
-        Solution { times: times[..reached].to_vec(), y, s, z, past, late, ..all }
+        Solution {
+            times: times[..reached].to_vec(),
+            y,
+            s,
+            z,
+            past,
+            delayed_outputs: delayed,
+            ..all
+        }
     }
 }
 

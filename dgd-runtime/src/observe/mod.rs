@@ -4,14 +4,14 @@ pub(crate) mod delay;
 
 use std::borrow::Cow;
 
-use crate::algebraic::Rates;
+use crate::algebraic::UnknownRates;
 use crate::discrete::discrete_numbers;
 use crate::observe::delay::delay_sensitivities;
 use crate::problem::Problem;
-use crate::signal::{Inputs, Side};
-use crate::solution::{LateValues, Solution};
-use crate::solved::Solved;
-use crate::system::{Point, Storage};
+use crate::signal::{Inputs, LimitSide};
+use crate::solution::{DelayedOutputValues, Solution};
+use crate::solved::SolvableSystem;
+use crate::system::{EvaluationPoint, Storage};
 
 /// Outputs, and their sensitivities where the solution has them.
 #[derive(Debug, Clone, PartialEq)]
@@ -54,7 +54,7 @@ impl Observations {
 /// # Panics
 ///
 /// If the solution belongs to another problem.
-pub fn observe<S: Solved>(problem: &Problem<'_, S>, solution: &Solution) -> Observations {
+pub fn observe<S: SolvableSystem>(problem: &Problem<'_, S>, solution: &Solution) -> Observations {
     let system = problem.system;
     let n_w = system.signature().outputs.len();
     let n_s = solution.n_s;
@@ -75,7 +75,7 @@ pub fn observe<S: Solved>(problem: &Problem<'_, S>, solution: &Solution) -> Obse
         inputs.value(t, solution.side(k), u.as_mut());
         u.as_mut()[inputs.len() - solution.n_past..].copy_from_slice(solution.past(k));
         let (y, z) = (solution.y(k), solution.z(k));
-        let point = Point { t, y, u: u.as_ref(), p: problem.p, z };
+        let point = EvaluationPoint { t, y, u: u.as_ref(), p: problem.p, z };
         let w = &mut observations.w[k * n_w..(k + 1) * n_w];
         if n_s == 0 {
             system.outputs(point, w);
@@ -84,54 +84,57 @@ pub fn observe<S: Solved>(problem: &Problem<'_, S>, solution: &Solution) -> Obse
             system.output_sensitivities(point, solution.s(k), w, dw);
         }
     }
-    for late in &solution.late {
-        Reading::new(problem, &inputs, solution, late).read(&mut observations);
+    for delayed in &solution.delayed_outputs {
+        DelayedOutputs::new(problem, &inputs, solution, delayed).read(&mut observations);
     }
     observations
 }
 
 /// Outputs with one delay.
-struct Reading<'a, S: Solved> {
+struct DelayedOutputs<'a, S: SolvableSystem> {
     problem: &'a Problem<'a, S>,
     inputs: &'a Inputs,
     solution: &'a Solution,
-    late: &'a LateValues,
+    values: &'a DelayedOutputValues,
     /// The outputs read with this delay.
     outputs: Vec<usize>,
     /// ∂τ/∂θ, n_s.
     dtau: Vec<f64>,
     u: S::Inputs,
     udot: S::Inputs,
-    rates: Rates<S>,
+    rates: UnknownRates<S>,
     /// Non-zeros of ∂w/∂y, ∂w/∂u, ∂w/∂p, and ∂w/∂t.
     jacobians: [Vec<f64>; 4],
 }
 
-impl<'a, S: Solved> Reading<'a, S> {
+impl<'a, S: SolvableSystem> DelayedOutputs<'a, S> {
     fn new(
         problem: &'a Problem<'a, S>,
         inputs: &'a Inputs,
         solution: &'a Solution,
-        late: &'a LateValues,
+        delayed: &'a DelayedOutputValues,
     ) -> Self {
         let signature = problem.system.signature();
         let outputs = signature.outputs.iter().enumerate();
         let n_tau = signature.delays.len();
         let dtau = if solution.n_s == 0 { Vec::new() } else { delay_sensitivities(problem) };
         // The sizes of unknowns are those at the start.
-        let first = late.y.get(..solution.n).unwrap_or(&[]);
+        let first = delayed.y.get(..solution.n).unwrap_or(&[]);
         let [by_y, by_u, by_p] = &signature.output_jacobians;
         let lengths = [by_y.len(), by_u.len(), by_p.len(), signature.outputs.len()];
-        Reading {
+        DelayedOutputs {
             problem,
             inputs,
             solution,
-            late,
-            outputs: outputs.filter(|(_, w)| w.delay == Some(late.delay)).map(|(i, _)| i).collect(),
-            dtau: dtau.chunks_exact(n_tau).map(|column| column[late.delay]).collect(),
+            values: delayed,
+            outputs: outputs
+                .filter(|(_, w)| w.delay == Some(delayed.delay))
+                .map(|(i, _)| i)
+                .collect(),
+            dtau: dtau.chunks_exact(n_tau).map(|column| column[delayed.delay]).collect(),
             u: S::Inputs::zeros(inputs.len()),
             udot: S::Inputs::zeros(inputs.len()),
-            rates: Rates::new(problem.system, first),
+            rates: UnknownRates::new(problem.system, first),
             jacobians: lengths.map(|len| vec![0.0; len]),
         }
     }
@@ -145,11 +148,11 @@ impl<'a, S: Solved> Reading<'a, S> {
         let mut wdot = vec![0.0; n_w];
         let n_conditions = system.signature().discrete.n_time_conditions;
         let moves = self.dtau.iter().any(|dtau| *dtau != 0.0);
-        for (k, &s) in self.late.times.iter().enumerate() {
+        for (k, &s) in self.values.times.iter().enumerate() {
             // Time itself is not clamped to the run.
-            let t = self.solution.times[k] - self.late.tau;
-            let y = &self.late.y[k * n..(k + 1) * n];
-            let mut z = Cow::Borrowed(&self.late.z[k * n_z..(k + 1) * n_z]);
+            let t = self.solution.times[k] - self.values.tau;
+            let y = &self.values.y[k * n..(k + 1) * n];
+            let mut z = Cow::Borrowed(&self.values.z[k * n_z..(k + 1) * n_z]);
             if t != s && n_conditions > 0 {
                 let conditions = n_z - n_conditions..;
                 let there = discrete_numbers(system, p, t);
@@ -160,12 +163,13 @@ impl<'a, S: Solved> Reading<'a, S> {
             segment.value(s, self.u.as_mut());
             let n_past = self.solution.n_past;
             let first = self.inputs.len() - n_past;
-            self.u.as_mut()[first..].copy_from_slice(&self.late.past[k * n_past..(k + 1) * n_past]);
-            let point = Point { t, y, u: self.u.as_ref(), p, z };
+            self.u.as_mut()[first..]
+                .copy_from_slice(&self.values.past[k * n_past..(k + 1) * n_past]);
+            let point = EvaluationPoint { t, y, u: self.u.as_ref(), p, z };
             if n_s == 0 {
                 system.outputs(point, &mut w);
             } else {
-                let sensitivities = &self.late.s[k * n * n_s..(k + 1) * n * n_s];
+                let sensitivities = &self.values.s[k * n * n_s..(k + 1) * n * n_s];
                 system.output_sensitivities(point, sensitivities, &mut w, &mut dw);
             }
             if moves {
@@ -189,18 +193,18 @@ impl<'a, S: Solved> Reading<'a, S> {
         }
     }
 
-    fn side(&self, k: usize) -> Side {
-        if self.late.times[k] > self.solution.times[0] {
+    fn side(&self, k: usize) -> LimitSide {
+        if self.values.times[k] > self.solution.times[0] {
             self.solution.side(k)
         } else {
-            Side::Right
+            LimitSide::Right
         }
     }
 
     /// ẇ along the solution; y and u are constant outside of the run, if `inside` is false.
     fn output_rates(&mut self, t: f64, y: &[f64], z: &[f64], inside: bool, wdot: &mut [f64]) {
         let Problem { system, p, .. } = *self.problem;
-        let point = Point { t, y, u: self.u.as_ref(), p, z };
+        let point = EvaluationPoint { t, y, u: self.u.as_ref(), p, z };
         let [dwdy, dwdu, dwdp, dwdt] = &mut self.jacobians;
         system.output_jacobians(point, dwdy, dwdu, dwdp, dwdt);
         wdot.copy_from_slice(dwdt);
@@ -208,7 +212,7 @@ impl<'a, S: Solved> Reading<'a, S> {
             return;
         }
         let udot = self.udot.as_ref();
-        let ydot = self.rates.at(system, point, udot);
+        let ydot = self.rates.evaluate(system, point, udot);
         let [by_y, by_u, _] = &system.signature().output_jacobians;
         for ((row, column), slope) in by_y.positions().zip(&*dwdy) {
             wdot[row] += slope * ydot.map_or(f64::NAN, |ydot| ydot[column]);

@@ -30,9 +30,9 @@ impl Inputs {
         let mut slopes = Vec::with_capacity(n_u * starts.len());
         for &t0 in &starts {
             let lines = (0..self.n_u).map(|input| self.line(Delayed { input, tau: 0.0 }, t0));
-            let late = delayed.iter().map(|delayed| self.line(*delayed, t0));
+            let delayed_lines = delayed.iter().map(|delayed| self.line(*delayed, t0));
             let begun = values.len();
-            for (value, slope) in lines.chain(late) {
+            for (value, slope) in lines.chain(delayed_lines) {
                 values.push(value);
                 slopes.push(slope);
             }
@@ -59,20 +59,20 @@ impl Inputs {
 
     /// All starts of segments, including those where delayed inputs change.
     fn starts_with(&self, delayed: &[Delayed]) -> Vec<f64> {
-        let mut late: Vec<(f64, f64)> = Vec::new();
+        let mut delayed_starts: Vec<(f64, f64)> = Vec::new();
         for &Delayed { input, tau } in delayed {
             for k in 0..self.segments() {
                 if self.changes(input, k) {
                     let t = self.starts[k] + tau;
-                    late.push((t, ONE_TIME * t.abs().max(tau)));
+                    delayed_starts.push((t, ONE_TIME * t.abs().max(tau)));
                 }
             }
         }
-        late.sort_by(|(a, _), (b, _)| a.total_cmp(b));
+        delayed_starts.sort_by(|(a, _), (b, _)| a.total_cmp(b));
 
-        let mut times: Vec<f64> = Vec::with_capacity(self.starts.len() + late.len());
+        let mut times: Vec<f64> = Vec::with_capacity(self.starts.len() + delayed_starts.len());
         let mut starts = self.starts.iter().copied().peekable();
-        for (t, rounding) in late {
+        for (t, rounding) in delayed_starts {
             while let Some(start) = starts.next_if(|start| *start <= t + rounding) {
                 times.push(start);
             }

@@ -34,7 +34,7 @@ struct Edge {
 
 /// Samples of one input.
 #[derive(Debug, Clone, Copy)]
-pub struct Column<'a> {
+pub struct InputColumn<'a> {
     /// The input's name.
     pub name: &'a str,
     /// How values between samples follow.
@@ -58,7 +58,7 @@ pub struct Segment<'a> {
 
 /// Which limit to take where inputs jump.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Side {
+pub enum LimitSide {
     /// Just before.
     Left,
     /// Just after.
@@ -175,7 +175,7 @@ impl Inputs {
     /// # Errors
     ///
     /// [`InputError`], all variants but `InputStarts` and `InputEnds`.
-    pub fn recorded(times: &[f64], columns: &[Column<'_>]) -> Result<Self, InputError> {
+    pub fn recorded(times: &[f64], columns: &[InputColumn<'_>]) -> Result<Self, InputError> {
         verify_samples(times, columns)?;
         let Some(name) = columns.first().map(|column| column.name) else {
             return Ok(Self::none());
@@ -247,16 +247,16 @@ impl Inputs {
     }
 
     /// Position of the segment that applies just before or just after `t`; the first one for times before it.
-    pub fn segment_at(&self, t: f64, side: Side) -> usize {
+    pub fn segment_at(&self, t: f64, side: LimitSide) -> usize {
         let started = match side {
-            Side::Left => self.starts.partition_point(|&start| start < t),
-            Side::Right => self.starts.partition_point(|&start| start <= t),
+            LimitSide::Left => self.starts.partition_point(|&start| start < t),
+            LimitSide::Right => self.starts.partition_point(|&start| start <= t),
         };
         started.saturating_sub(1)
     }
 
     /// Writes u just before or just after `t`.
-    pub fn value(&self, t: f64, side: Side, u: &mut [f64]) {
+    pub fn value(&self, t: f64, side: LimitSide, u: &mut [f64]) {
         self.segment(self.segment_at(t, side)).value(t, u);
     }
 
@@ -271,7 +271,7 @@ impl Inputs {
     pub fn mean(&self, from: f64, until: f64) -> Vec<f64> {
         let mut mean = vec![0.0; self.n_u];
         if until <= from {
-            self.value(from, Side::Right, &mut mean);
+            self.value(from, LimitSide::Right, &mut mean);
             return mean;
         }
         let mut middle = vec![0.0; self.n_u];
@@ -280,7 +280,7 @@ impl Inputs {
         for end in ends {
             // The mean of a straight line is its value at the midpoint.
             let part = (end - begin) / (until - from);
-            let segment = self.segment(self.segment_at(begin, Side::Right));
+            let segment = self.segment(self.segment_at(begin, LimitSide::Right));
             segment.value(begin + 0.5 * (end - begin), &mut middle);
             for (mean, middle) in mean.iter_mut().zip(&middle) {
                 *mean += part * middle;
@@ -335,7 +335,13 @@ impl Inputs {
     }
 
     /// Whether the last segment also describes the interval between two samples.
-    fn goes_on(&self, times: &[f64], columns: &[Column<'_>], start: usize, end: usize) -> bool {
+    fn goes_on(
+        &self,
+        times: &[f64],
+        columns: &[InputColumn<'_>],
+        start: usize,
+        end: usize,
+    ) -> bool {
         let Some(last) = self.starts.len().checked_sub(1) else {
             return false;
         };
@@ -373,7 +379,7 @@ impl Segment<'_> {
     }
 }
 
-fn slope(times: &[f64], column: &Column<'_>, start: usize, end: usize) -> f64 {
+fn slope(times: &[f64], column: &InputColumn<'_>, start: usize, end: usize) -> f64 {
     match column.interpolation {
         Interpolation::Linear if end < times.len() => {
             (column.values[end] - column.values[start]) / (times[end] - times[start])
@@ -382,7 +388,7 @@ fn slope(times: &[f64], column: &Column<'_>, start: usize, end: usize) -> f64 {
     }
 }
 
-fn verify_samples(times: &[f64], columns: &[Column<'_>]) -> Result<(), InputError> {
+fn verify_samples(times: &[f64], columns: &[InputColumn<'_>]) -> Result<(), InputError> {
     if times.is_empty() {
         return if columns.is_empty() { Ok(()) } else { Err(InputError::NoSamples) };
     }
@@ -466,15 +472,15 @@ impl std::error::Error for InputError {}
 mod tests {
     use super::*;
 
-    fn held(values: &[f64]) -> Column<'_> {
-        Column { name: "u", interpolation: Interpolation::Hold, values }
+    fn held(values: &[f64]) -> InputColumn<'_> {
+        InputColumn { name: "u", interpolation: Interpolation::Hold, values }
     }
 
-    fn linear(values: &[f64]) -> Column<'_> {
-        Column { name: "v", interpolation: Interpolation::Linear, values }
+    fn linear(values: &[f64]) -> InputColumn<'_> {
+        InputColumn { name: "v", interpolation: Interpolation::Linear, values }
     }
 
-    fn at(inputs: &Inputs, t: f64, side: Side) -> Vec<f64> {
+    fn evaluate(inputs: &Inputs, t: f64, side: LimitSide) -> Vec<f64> {
         let mut u = vec![0.0; inputs.len()];
         inputs.value(t, side, &mut u);
         u
@@ -490,7 +496,7 @@ mod tests {
         let inputs = Inputs::recorded(&times, &[linear(&ramp)]).unwrap();
         assert!(inputs.segments() < 20, "{}", inputs.segments());
         for (t, v) in times.iter().zip(&ramp) {
-            let u = at(&inputs, *t, Side::Right)[0];
+            let u = evaluate(&inputs, *t, LimitSide::Right)[0];
             assert!((u - v).abs() <= 2.0 * ON_LINE * v, "{u} {v}");
         }
     }
@@ -499,17 +505,17 @@ mod tests {
     fn two_rows_are_a_jump() {
         let inputs =
             Inputs::recorded(&[0.0, 1.0, 1.0, 2.0], &[linear(&[0.0, 1.0, 5.0, 6.0])]).unwrap();
-        assert_eq!(at(&inputs, 1.0, Side::Left), [1.0]);
-        assert_eq!(at(&inputs, 1.0, Side::Right), [5.0]);
-        assert_eq!(at(&inputs, 1.5, Side::Right), [5.5]);
+        assert_eq!(evaluate(&inputs, 1.0, LimitSide::Left), [1.0]);
+        assert_eq!(evaluate(&inputs, 1.0, LimitSide::Right), [5.0]);
+        assert_eq!(evaluate(&inputs, 1.5, LimitSide::Right), [5.5]);
         assert_eq!(inputs.breakpoints(0.0, 2.0), [1.0]);
     }
 
     #[test]
     fn held_values_go_on_and_linear_ones_end() {
         let inputs = Inputs::recorded(&[0.0, 1.0], &[held(&[1.0, 2.0])]).unwrap();
-        assert_eq!(at(&inputs, 9.0, Side::Left), [2.0]);
-        assert_eq!(at(&inputs, 1.0, Side::Left), [1.0]);
+        assert_eq!(evaluate(&inputs, 9.0, LimitSide::Left), [2.0]);
+        assert_eq!(evaluate(&inputs, 1.0, LimitSide::Left), [1.0]);
         assert_eq!(inputs.cover(0.0, 9.0), Ok(()));
         let inputs = Inputs::recorded(&[0.0, 1.0], &[linear(&[1.0, 2.0])]).unwrap();
         assert!(matches!(inputs.cover(0.0, 1.1), Err(InputError::InputEnds { .. })));
@@ -524,7 +530,7 @@ mod tests {
         let third = refused(&[0.0, 1.0, 1.0, 1.0], &[0.0, 1.0, 1.0, 2.0]);
         assert!(third.contains("more than two"), "{third}");
         let agreeing = Inputs::recorded(&[0.0, 1.0, 1.0, 1.0], &[held(&[0.0, 1.0, 1.0, 1.0])]);
-        assert_eq!(at(&agreeing.expect("replicates"), 1.0, Side::Left), [0.0]);
+        assert_eq!(evaluate(&agreeing.expect("replicates"), 1.0, LimitSide::Left), [0.0]);
         assert!(refused(&[0.0, 2.0, 1.0], &[0.0; 3]).contains("go back in time"));
         assert!(refused(&[0.0, 1.0], &[0.0, f64::NAN]).contains("`u` is not a finite number"));
         assert!(refused(&[0.0, 1.0], &[0.0]).contains("1 values for 2 sample times"));

@@ -26,7 +26,7 @@
 
 pub mod storage;
 
-use crate::codegen::taylor::{KeptSeries, NoTaylor, Terms};
+use crate::codegen::taylor::{KeptSeries, NoTaylorSeries, SeriesTerms};
 
 pub use dgd_signature::{
     Automaton, AutomatonKind, Clock, Conserved, Crossing, DelayedInput, DelayedUnknown,
@@ -38,7 +38,7 @@ pub use storage::Storage;
 
 /// A point at which a model is evaluated. Lengths are those of [`Signature`].
 #[derive(Debug, Clone, Copy)]
-pub struct Point<'a> {
+pub struct EvaluationPoint<'a> {
     /// Time, s.
     pub t: f64,
     /// Unknowns.
@@ -86,12 +86,12 @@ pub trait System {
     fn signature(&self) -> &Signature;
 
     /// f(t, y, u, p).
-    fn rhs(&self, at: Point<'_>, f: &mut [f64]);
+    fn rhs(&self, at: EvaluationPoint<'_>, f: &mut [f64]);
 
     /// f, ∂f/∂y and df/dt = ∂f/∂t + ∂f/∂u u̇ along the inputs' slopes, in one pass.
     fn linearize(
         &self,
-        at: Point<'_>,
+        at: EvaluationPoint<'_>,
         udot: &[f64],
         f: &mut [f64],
         jacobian: &mut [f64],
@@ -99,7 +99,7 @@ pub trait System {
     );
 
     /// f and g = ∂f/∂y S + ∂f/∂θ, in one pass.
-    fn sensitivity_rhs(&self, at: Point<'_>, s: &[f64], f: &mut [f64], g: &mut [f64]);
+    fn sensitivity_rhs(&self, at: EvaluationPoint<'_>, s: &[f64], f: &mut [f64], g: &mut [f64]);
 
     /// The results of [`System::linearize`], and the same for g: g, ∂g/∂y and dg/dt.
     ///
@@ -107,7 +107,7 @@ pub trait System {
     #[allow(clippy::too_many_arguments)]
     fn sensitivity_linearize(
         &self,
-        at: Point<'_>,
+        at: EvaluationPoint<'_>,
         udot: &[f64],
         s: &[f64],
         f: &mut [f64],
@@ -119,21 +119,21 @@ pub trait System {
     );
 
     /// Non-zeros of ∂f/∂p, n × n_p, all parameters.
-    fn parameter_jacobian(&self, at: Point<'_>, values: &mut [f64]);
+    fn parameter_jacobian(&self, at: EvaluationPoint<'_>, values: &mut [f64]);
 
     /// Non-zeros of ∂f/∂u, n × n_u.
-    fn input_jacobian(&self, at: Point<'_>, values: &mut [f64]);
+    fn input_jacobian(&self, at: EvaluationPoint<'_>, values: &mut [f64]);
 
     /// ∂f/∂t at fixed y, u, p.
-    fn time_derivative(&self, at: Point<'_>, values: &mut [f64]);
+    fn time_derivative(&self, at: EvaluationPoint<'_>, values: &mut [f64]);
 
     /// Outputs w.
-    fn outputs(&self, at: Point<'_>, w: &mut [f64]);
+    fn outputs(&self, at: EvaluationPoint<'_>, w: &mut [f64]);
 
     /// Non-zeros of ∂w/∂y (n_w × n), ∂w/∂u (n_w × n_u) and ∂w/∂p (n_w × n_p), and ∂w/∂t (n_w).
     fn output_jacobians(
         &self,
-        at: Point<'_>,
+        at: EvaluationPoint<'_>,
         dwdy: &mut [f64],
         dwdu: &mut [f64],
         dwdp: &mut [f64],
@@ -141,18 +141,24 @@ pub trait System {
     );
 
     /// w and ∂w/∂θ = ∂w/∂y S + ∂w/∂θ|_y, n_w × n_s dense by columns.
-    fn output_sensitivities(&self, at: Point<'_>, s: &[f64], w: &mut [f64], dw: &mut [f64]);
+    fn output_sensitivities(
+        &self,
+        at: EvaluationPoint<'_>,
+        s: &[f64],
+        w: &mut [f64],
+        dw: &mut [f64],
+    );
 
     /// Start values y₀(u, p); guesses where the unknown is algebraic. `at.y` is not read.
-    fn start(&self, at: Point<'_>, y: &mut [f64]);
+    fn start(&self, at: EvaluationPoint<'_>, y: &mut [f64]);
 
     /// ∂y₀/∂θ, n × n_s; rows of algebraic unknowns are overwritten by the solver. `at.y` is not read. The contribution
     /// of a start value of an element that is itself a direction is left to
     /// [`Problem::start_sensitivities`](crate::Problem::start_sensitivities).
-    fn start_sensitivities(&self, at: Point<'_>, s: &mut [f64]);
+    fn start_sensitivities(&self, at: EvaluationPoint<'_>, s: &mut [f64]);
 
     /// The residuals of the start equations: r, one for each. A system without them need not implement this.
-    fn start_equations(&self, at: Point<'_>, rest: &mut [f64]) {
+    fn start_equations(&self, at: EvaluationPoint<'_>, rest: &mut [f64]) {
         let _ = at;
         rest.fill(0.0);
     }
@@ -160,7 +166,7 @@ pub trait System {
     /// dr/dθ = ∂r/∂y S + ∂r/∂θ of the start equations, and ∂r/∂y, both dense by columns.
     fn start_equation_sensitivities(
         &self,
-        at: Point<'_>,
+        at: EvaluationPoint<'_>,
         s: &[f64],
         drest: &mut [f64],
         drestdy: &mut [f64],
@@ -169,17 +175,17 @@ pub trait System {
     }
 
     /// The n_τ delays τ. Only `at.p` is read. A system without delays need not implement this.
-    fn delays(&self, _at: Point<'_>, tau: &mut [f64]) {
+    fn delays(&self, _at: EvaluationPoint<'_>, tau: &mut [f64]) {
         tau.fill(0.0);
     }
 
     /// ∂τ/∂θ, n_τ × n_s dense by columns. Only `at.p` is read.
-    fn delay_sensitivities(&self, _at: Point<'_>, dtau: &mut [f64]) {
+    fn delay_sensitivities(&self, _at: EvaluationPoint<'_>, dtau: &mut [f64]) {
         dtau.fill(0.0);
     }
 
     /// The variable delays.
-    fn varying_delays(&self, at: Point<'_>, tau: &mut [f64]) {
+    fn varying_delays(&self, at: EvaluationPoint<'_>, tau: &mut [f64]) {
         let _ = at;
         tau.fill(0.0);
     }
@@ -188,7 +194,7 @@ pub trait System {
     #[allow(clippy::too_many_arguments)]
     fn varying_delay_sensitivities(
         &self,
-        at: Point<'_>,
+        at: EvaluationPoint<'_>,
         udot: &[f64],
         s: &[f64],
         dtau: &mut [f64],
@@ -202,7 +208,7 @@ pub trait System {
     /// two derivatives with respect to t. `at.y` and `at.u` are not read.
     fn histories(
         &self,
-        at: Point<'_>,
+        at: EvaluationPoint<'_>,
         values: &mut [f64],
         rates: &mut [f64],
         curvatures: &mut [f64],
@@ -211,36 +217,36 @@ pub trait System {
     }
 
     /// The derivatives of these values with respect to the directions, n_v × n_s dense by columns, and their slopes.
-    fn history_sensitivities(&self, at: Point<'_>, s: &mut [f64], rates: &mut [f64]) {
+    fn history_sensitivities(&self, at: EvaluationPoint<'_>, s: &mut [f64], rates: &mut [f64]) {
         let _ = (at, s, rates);
     }
 
     /// The diagonal of M in the modes `at.z`, n ones and zeros. `at.y` is not read.
-    fn mass(&self, at: Point<'_>, mass: &mut [f64]) {
+    fn mass(&self, at: EvaluationPoint<'_>, mass: &mut [f64]) {
         let _ = at;
         self.signature().write_mass(mass);
     }
 
     /// The times at which conditions on time switch, and their discrete numbers from then on. They depend only on
     /// parameters.
-    fn condition_times(&self, at: Point<'_>, times: &mut [f64], after: &mut [f64]) {
+    fn condition_times(&self, at: EvaluationPoint<'_>, times: &mut [f64], after: &mut [f64]) {
         let _ = (at, times, after);
     }
 
     /// Derivatives of those times with respect to the directions, n_c × n_s dense by columns.
-    fn condition_time_sensitivities(&self, at: Point<'_>, dtimes: &mut [f64]) {
+    fn condition_time_sensitivities(&self, at: EvaluationPoint<'_>, dtimes: &mut [f64]) {
         let _ = (at, dtimes);
     }
 
     /// Event functions e of all transitions, including those of other modes.
-    fn event_functions(&self, at: Point<'_>, e: &mut [f64]) {
+    fn event_functions(&self, at: EvaluationPoint<'_>, e: &mut [f64]) {
         let _ = (at, e);
     }
 
     /// Non-zeros of ∂e/∂θ at fixed unknowns and of ∂e/∂y, and ∂e/∂t + ∂e/∂u u̇.
     fn event_derivatives(
         &self,
-        at: Point<'_>,
+        at: EvaluationPoint<'_>,
         udot: &[f64],
         de: &mut [f64],
         dedy: &mut [f64],
@@ -250,14 +256,14 @@ pub trait System {
     }
 
     /// Values r of all resets, evaluated just before the transition.
-    fn resets(&self, at: Point<'_>, r: &mut [f64]) {
+    fn resets(&self, at: EvaluationPoint<'_>, r: &mut [f64]) {
         let _ = (at, r);
     }
 
     /// Non-zeros of ∂r/∂θ at fixed unknowns and of ∂r/∂y, and ∂r/∂t + ∂r/∂u u̇.
     fn reset_derivatives(
         &self,
-        at: Point<'_>,
+        at: EvaluationPoint<'_>,
         udot: &[f64],
         dr: &mut [f64],
         drdy: &mut [f64],
@@ -274,7 +280,13 @@ pub trait System {
     /// ```
     ///
     /// in the rows of unknowns that have an equation. Only of models with a matrix of jumps.
-    fn jumps(&self, at: Point<'_>, kinds: &mut [f64], rests: &mut [f64], jacobian: &mut [f64]) {
+    fn jumps(
+        &self,
+        at: EvaluationPoint<'_>,
+        kinds: &mut [f64],
+        rests: &mut [f64],
+        jacobian: &mut [f64],
+    ) {
         let _ = (at, kinds, rests, jacobian);
     }
 
@@ -282,7 +294,7 @@ pub trait System {
     #[allow(clippy::too_many_arguments)]
     fn jump_sensitivities(
         &self,
-        at: Point<'_>,
+        at: EvaluationPoint<'_>,
         udot: &[f64],
         s: &[f64],
         drests: &mut [f64],
@@ -297,9 +309,9 @@ pub trait System {
     ///
     /// # Errors
     ///
-    /// [`NoTaylor`] for a model that has no Taylor series; the two must not be called then.
-    fn taylor_series(&self) -> Result<KeptSeries, NoTaylor> {
-        Err(NoTaylor::NotCompiled)
+    /// [`NoTaylorSeries`] for a model that has no Taylor series; the two must not be called then.
+    fn taylor_series(&self) -> Result<KeptSeries, NoTaylorSeries> {
+        Err(NoTaylorSeries::NotCompiled)
     }
 
     /// The Taylor series of the solution through `at`, with inputs that are straight lines, up to an order from 1 to
@@ -312,11 +324,11 @@ pub trait System {
     /// order by order, n numbers each. `kept` is work space for the stored series.
     fn taylor(
         &self,
-        at: Point<'_>,
+        at: EvaluationPoint<'_>,
         udot: &[f64],
         h: f64,
         order: usize,
-        kept: &mut [Terms],
+        kept: &mut [SeriesTerms],
         y: &mut [f64],
     ) {
         let _ = (at, udot, h, order, kept, y);
@@ -327,11 +339,11 @@ pub trait System {
     #[allow(clippy::too_many_arguments)]
     fn sensitivity_taylor(
         &self,
-        at: Point<'_>,
+        at: EvaluationPoint<'_>,
         udot: &[f64],
         h: f64,
         order: usize,
-        kept: &mut [Terms],
+        kept: &mut [SeriesTerms],
         y: &mut [f64],
         s: &mut [f64],
     ) {
@@ -339,7 +351,7 @@ pub trait System {
     }
 
     /// F = M ẏ − f. ∂F/∂ẏ = M, and the other derivatives of F are those of −f.
-    fn residual(&self, at: Point<'_>, ydot: &[f64], residual: &mut [f64]) {
+    fn residual(&self, at: EvaluationPoint<'_>, ydot: &[f64], residual: &mut [f64]) {
         let mut mass = Self::Vector::zeros(residual.len());
         self.mass(at, mass.as_mut());
         self.rhs(at, residual);

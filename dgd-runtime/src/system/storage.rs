@@ -113,7 +113,7 @@ impl Lanes {
     /// `f` of each number and its counterpart.
     #[must_use]
     #[inline(always)]
-    pub fn with(mut self, other: Self, f: impl Fn(f64, f64) -> f64) -> Self {
+    pub fn combine(mut self, other: Self, f: impl Fn(f64, f64) -> f64) -> Self {
         for (a, b) in self.0.iter_mut().zip(other.0) {
             *a = f(*a, b);
         }
@@ -129,7 +129,7 @@ macro_rules! operation {
 
             #[inline(always)]
             fn $method(self, other: Self) -> Self {
-                self.with(other, |a, b| a $operator b)
+                self.combine(other, |a, b| a $operator b)
             }
         }
     };

@@ -1,8 +1,8 @@
 //! Compares solutions and sensitivities with known ones.
 
 use dgd_runtime::{
-    Column, Inputs, Interpolation, METHODS, Method, MethodKind, Options, Problem, Solved, simulate,
-    simulate_with_sensitivities,
+    InputColumn, Inputs, Interpolation, METHODS, Method, MethodKind, Options, Problem,
+    SolvableSystem, simulate, simulate_with_sensitivities,
 };
 
 use crate::support::problems::{
@@ -124,7 +124,7 @@ fn held_and_linear_inputs() {
 
     let kinds = [Interpolation::Hold, Interpolation::Linear];
     for ((method, most), interpolation) in methods(false).flat_map(|m| kinds.map(|k| (m, k))) {
-        let column = Column { name: "u", interpolation, values: &values };
+        let column = InputColumn { name: "u", interpolation, values: &values };
         let inputs = Inputs::recorded(&sampled, &[column]).unwrap();
         let problem = Problem { system: &system, p: &p, inputs: &inputs, start: &[] };
         let options = Options { method, ..options(tolerance) };
@@ -168,7 +168,7 @@ fn held_and_linear_inputs() {
 
 #[test]
 fn storage_does_not_change_a_bit() {
-    fn compare<E: Equations>(stacked: &impl Solved, until: f64, inputs: &Inputs) {
+    fn compare<E: Equations>(stacked: &impl SolvableSystem, until: f64, inputs: &Inputs) {
         let heaped = Heaped::of::<E>();
         let p = parameters::<E>();
         let times = times(until, 50);
@@ -183,7 +183,7 @@ fn storage_does_not_change_a_bit() {
         assert_eq!(a.statistics, b.statistics);
     }
     let column =
-        Column { name: "u", interpolation: Interpolation::Linear, values: &[1.0, 2.0, 0.0] };
+        InputColumn { name: "u", interpolation: Interpolation::Linear, values: &[1.0, 2.0, 0.0] };
     let inputs = Inputs::recorded(&[0.0, 1.5, 4.0], &[column]).unwrap();
     compare::<Relaxation>(&RelaxationStacked::of::<Relaxation>(), 4.0, &inputs);
     compare::<Algebraic>(&AlgebraicStacked::of::<Algebraic>(), 3.0, &Inputs::constant(&[0.0]));
@@ -203,7 +203,8 @@ fn the_order_is_that_of_the_method() {
         let p = parameters::<E>();
         let samples = times(2.0, steps);
         let values: Vec<f64> = samples.iter().map(|t| t * 3.0).collect();
-        let clock = Column { name: "clock", interpolation: Interpolation::Hold, values: &values };
+        let clock =
+            InputColumn { name: "clock", interpolation: Interpolation::Hold, values: &values };
         let inputs = Inputs::recorded(&samples, &[clock]).unwrap();
         let problem = Problem { system: &system, p: &p, inputs: &inputs, start };
         let options = Options { rtol: 1e6, initial_step: Some(1.0), ..Options::default() };

@@ -6,8 +6,8 @@ use std::cell::Cell;
 use std::num::NonZeroU32;
 
 use dgd_runtime::{
-    Column, Inputs, Interpolation, METHODS, Method, MethodKind, Options, PerSample, Problem,
-    Solved, Steps, simulate_with_sensitivities,
+    InputColumn, Inputs, Interpolation, METHODS, Method, MethodKind, Options, PerSample, Problem,
+    SolvableSystem, Steps, simulate_with_sensitivities,
 };
 
 use crate::support::problems::{Relaxation, RelaxationStacked, RobertsonDae, RobertsonDaeStacked};
@@ -36,7 +36,7 @@ unsafe impl GlobalAlloc for Counting {
 static ALLOCATOR: Counting = Counting;
 
 /// Number of allocations, and of steps.
-fn work(system: &impl Solved, method: &'static Method, tolerance: f64) -> (usize, usize) {
+fn work(system: &impl SolvableSystem, method: &'static Method, tolerance: f64) -> (usize, usize) {
     let p = parameters::<RobertsonDae>();
     let inputs = Inputs::none();
     let problem = Problem { system, p: &p, inputs: &inputs, start: &[] };
@@ -48,7 +48,7 @@ fn work(system: &impl Solved, method: &'static Method, tolerance: f64) -> (usize
 
 #[test]
 fn the_number_of_allocations_does_not_depend_on_the_number_of_steps() {
-    fn compare(system: &impl Solved) {
+    fn compare(system: &impl SolvableSystem) {
         let implicit = METHODS.iter().filter(|m| m.kind.is_implicit());
         for method in implicit {
             let (few, some_steps) = work(system, method, 1e-4);
@@ -63,11 +63,11 @@ fn the_number_of_allocations_does_not_depend_on_the_number_of_steps() {
 
 #[test]
 fn equal_steps_do_not_allocate() {
-    fn work(system: &impl Solved, method: &'static Method, n: u32) -> usize {
+    fn work(system: &impl SolvableSystem, method: &'static Method, n: u32) -> usize {
         let p = parameters::<Relaxation>();
         let times: Vec<f64> = (0..200).map(f64::from).collect();
         let values: Vec<f64> = times.iter().map(|t| t.sin()).collect();
-        let column = Column { name: "u", interpolation: Interpolation::Hold, values: &values };
+        let column = InputColumn { name: "u", interpolation: Interpolation::Hold, values: &values };
         let inputs = Inputs::recorded(&times, &[column]).unwrap();
         let problem = Problem { system, p: &p, inputs: &inputs, start: &[] };
         let steps = Steps::PerSample(PerSample::Exactly(NonZeroU32::new(n).unwrap()));

@@ -1,8 +1,8 @@
 //! Messages of simulations that cannot be finished.
 
 use dgd_runtime::{
-    BadRequest, Column, Failure, Inputs, IntegrateError, Interpolation, METHODS, Options, Problem,
-    Solution, choose_per_sample, consistent_start, find_method, method_to_begin, simulate,
+    BadRequest, Failure, InputColumn, Inputs, IntegrateError, Interpolation, METHODS, Options,
+    Problem, Solution, choose_per_sample, consistent_start, find_method, method_to_begin, simulate,
     simulate_chosen, simulate_observed, simulate_with_sensitivities,
 };
 
@@ -121,7 +121,8 @@ fn senseless_requests_are_refused() {
 
 #[test]
 fn linear_inputs_end_and_all_begin() {
-    let column = Column { name: "u", interpolation: Interpolation::Linear, values: &[1.0, 2.0] };
+    let column =
+        InputColumn { name: "u", interpolation: Interpolation::Linear, values: &[1.0, 2.0] };
     let inputs = Inputs::recorded(&[0.0, 1.0], &[column]).unwrap();
     let options = Options::default();
     let message = said::<Relaxation>(&inputs, &[0.0, 2.0], &options);

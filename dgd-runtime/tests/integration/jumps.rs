@@ -1,9 +1,9 @@
 //! Inputs that jump, and their effects.
 
 use dgd_runtime::{
-    Column, Inputs, Interpolation, Options, Problem,
-    Side::{Left, Right},
-    consistent_start, observe, simulate_with_sensitivities,
+    InputColumn, Inputs, Interpolation,
+    LimitSide::{Left, Right},
+    Options, Problem, consistent_start, observe, simulate_with_sensitivities,
 };
 
 use crate::support;
@@ -18,7 +18,8 @@ fn close(a: f64, b: f64) -> bool {
 fn a_time_that_occurs_twice_is_left_and_right() {
     let system = FollowerStacked::of::<Follower>();
     let p = parameters::<Follower>();
-    let column = Column { name: "u", interpolation: Interpolation::Hold, values: &[1.0, 3.0, 2.0] };
+    let column =
+        InputColumn { name: "u", interpolation: Interpolation::Hold, values: &[1.0, 3.0, 2.0] };
     let inputs = Inputs::recorded(&[0.0, 1.0, 2.0], &[column]).unwrap();
     let problem = Problem { system: &system, p: &p, inputs: &inputs, start: &[] };
 
@@ -54,7 +55,7 @@ fn a_time_that_occurs_more_often_is_that_of_replicates() {
     let system = FollowerStacked::of::<Follower>();
     let p = parameters::<Follower>();
     let values = [1.0, 3.0, 3.0, 3.0, 2.0];
-    let column = Column { name: "u", interpolation: Interpolation::Hold, values: &values };
+    let column = InputColumn { name: "u", interpolation: Interpolation::Hold, values: &values };
     let inputs = Inputs::recorded(&[0.0, 1.0, 1.0, 1.0, 2.0], &[column]).unwrap();
     let problem = Problem { system: &system, p: &p, inputs: &inputs, start: &[] };
     let times = [0.0, 0.0, 0.0, 0.4, 0.4, 0.4, 1.0, 1.0, 1.0, 2.0, 2.0, 2.0, 2.0];
@@ -81,7 +82,8 @@ fn a_time_that_occurs_more_often_is_that_of_replicates() {
 fn a_consistent_start_has_consistent_slopes() {
     let system = FollowerStacked::of::<Follower>();
     let p = parameters::<Follower>();
-    let column = Column { name: "u", interpolation: Interpolation::Linear, values: &[1.0, 3.0] };
+    let column =
+        InputColumn { name: "u", interpolation: Interpolation::Linear, values: &[1.0, 3.0] };
     let inputs = Inputs::recorded(&[0.0, 1.0], &[column]).unwrap();
     let problem = Problem { system: &system, p: &p, inputs: &inputs, start: &[(0, 0.25)] };
     let start = consistent_start(&problem, 0.0, &Options::default()).unwrap();
@@ -100,7 +102,7 @@ fn the_step_is_carried_over_segments() {
     let p = parameters::<support::problems::Logistic>();
     let samples: Vec<f64> = (0..=200).map(f64::from).collect();
     let values: Vec<f64> = (0..=200).map(|k| f64::from(k % 2)).collect();
-    let column = Column { name: "clock", interpolation: Interpolation::Hold, values: &values };
+    let column = InputColumn { name: "clock", interpolation: Interpolation::Hold, values: &values };
     let inputs = Inputs::recorded(&samples, &[column]).unwrap();
     let problem = Problem { system: &system, p: &p, inputs: &inputs, start: &[] };
     let options = Options { rtol: 1e-4, atol: 1e-4, ..Options::default() };

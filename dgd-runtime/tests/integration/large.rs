@@ -2,9 +2,9 @@
 
 use dgd_runtime::linalg::AutoLu;
 use dgd_runtime::{
-    Direction, Discrete, Failure, Inputs, METHODS, Options, Parameter, Pattern, Point, Problem,
-    Signature, Solution, Solved, System, Unit, Unknown, Wanted, simulate, simulate_chosen,
-    simulate_with_sensitivities,
+    Direction, Discrete, EvaluationPoint, Failure, Inputs, METHODS, Options, Parameter, Pattern,
+    Problem, Signature, Solution, SolvableSystem, System, Unit, Unknown, WantedResults, simulate,
+    simulate_chosen, simulate_with_sensitivities,
 };
 
 /// Diffusion on a line between ends at zero, and an algebraic unknown beside each cell:
@@ -33,7 +33,7 @@ impl Diffusion {
             jacobian.push((cells + i, i));
         }
         jacobian.extend((cells..n).map(|i| (i, i)));
-        let pattern = Pattern::of;
+        let pattern = Pattern::from_places;
         // Non-zeros of ∂g/∂y: for the cells the derivatives of J, which are those of ∂f/∂k; for z, its own.
         Self {
             cells,
@@ -107,14 +107,14 @@ impl Diffusion {
     }
 }
 
-impl Solved for Diffusion {
+impl SolvableSystem for Diffusion {
     type Factorisation = AutoLu;
 
     fn integrate(
         problem: &Problem<'_, Self>,
         times: &[f64],
         options: &Options,
-        wanted: Wanted<'_>,
+        wanted: WantedResults<'_>,
     ) -> Result<Solution, Failure> {
         dgd_runtime::integrate::integrate(problem, times, options, wanted)
     }
@@ -131,7 +131,7 @@ impl System for Diffusion {
         &self.signature
     }
 
-    fn rhs(&self, at: Point<'_>, f: &mut [f64]) {
+    fn rhs(&self, at: EvaluationPoint<'_>, f: &mut [f64]) {
         let (x, z) = at.y.split_at(self.cells);
         for i in 0..self.cells {
             f[i] = at.p[0] * self.laplacian(x, i);
@@ -141,7 +141,7 @@ impl System for Diffusion {
 
     fn linearize(
         &self,
-        at: Point<'_>,
+        at: EvaluationPoint<'_>,
         _: &[f64],
         f: &mut [f64],
         jacobian: &mut [f64],
@@ -154,7 +154,7 @@ impl System for Diffusion {
         dfdt.fill(0.0);
     }
 
-    fn sensitivity_rhs(&self, at: Point<'_>, s: &[f64], f: &mut [f64], g: &mut [f64]) {
+    fn sensitivity_rhs(&self, at: EvaluationPoint<'_>, s: &[f64], f: &mut [f64], g: &mut [f64]) {
         self.rhs(at, f);
         let (x, z) = at.y.split_at(self.cells);
         let (sx, sz) = s.split_at(self.cells);
@@ -167,7 +167,7 @@ impl System for Diffusion {
 
     fn sensitivity_linearize(
         &self,
-        at: Point<'_>,
+        at: EvaluationPoint<'_>,
         udot: &[f64],
         s: &[f64],
         f: &mut [f64],
@@ -186,19 +186,19 @@ impl System for Diffusion {
         dgdt.fill(0.0);
     }
 
-    fn parameter_jacobian(&self, _: Point<'_>, _: &mut [f64]) {}
+    fn parameter_jacobian(&self, _: EvaluationPoint<'_>, _: &mut [f64]) {}
 
-    fn input_jacobian(&self, _: Point<'_>, _: &mut [f64]) {}
+    fn input_jacobian(&self, _: EvaluationPoint<'_>, _: &mut [f64]) {}
 
-    fn time_derivative(&self, _: Point<'_>, values: &mut [f64]) {
+    fn time_derivative(&self, _: EvaluationPoint<'_>, values: &mut [f64]) {
         values.fill(0.0);
     }
 
-    fn outputs(&self, _: Point<'_>, _: &mut [f64]) {}
+    fn outputs(&self, _: EvaluationPoint<'_>, _: &mut [f64]) {}
 
     fn output_jacobians(
         &self,
-        _: Point<'_>,
+        _: EvaluationPoint<'_>,
         _: &mut [f64],
         _: &mut [f64],
         _: &mut [f64],
@@ -206,9 +206,16 @@ impl System for Diffusion {
     ) {
     }
 
-    fn output_sensitivities(&self, _: Point<'_>, _: &[f64], _: &mut [f64], _: &mut [f64]) {}
+    fn output_sensitivities(
+        &self,
+        _: EvaluationPoint<'_>,
+        _: &[f64],
+        _: &mut [f64],
+        _: &mut [f64],
+    ) {
+    }
 
-    fn start(&self, _: Point<'_>, y: &mut [f64]) {
+    fn start(&self, _: EvaluationPoint<'_>, y: &mut [f64]) {
         let (x, z) = y.split_at_mut(self.cells);
         for (i, x) in x.iter_mut().enumerate() {
             *x = mode(i, self.cells);
@@ -216,7 +223,7 @@ impl System for Diffusion {
         z.fill(1.0);
     }
 
-    fn start_sensitivities(&self, _: Point<'_>, s: &mut [f64]) {
+    fn start_sensitivities(&self, _: EvaluationPoint<'_>, s: &mut [f64]) {
         s.fill(0.0);
     }
 }
@@ -263,8 +270,9 @@ fn the_choice_goes_by_size_by_algebraic_unknowns_and_by_the_pattern() {
             // 7919 is a prime: each row reads distant unknowns.
             let n = 2 * cells;
             let places = (1..4).flat_map(|k| (0..n).map(move |i| (i, i * i * k * 7919 % n)));
-            signature.jacobian =
-                Pattern::of(&places.collect::<BTreeSet<_>>().into_iter().collect::<Vec<_>>());
+            signature.jacobian = Pattern::from_places(
+                &places.collect::<BTreeSet<_>>().into_iter().collect::<Vec<_>>(),
+            );
         }
         automatic_method(&signature).name
     };

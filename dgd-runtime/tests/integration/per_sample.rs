@@ -3,8 +3,8 @@
 use std::num::NonZeroU32;
 
 use dgd_runtime::{
-    Column, Inputs, IntegrateError, Interpolation, Options, PerSample, PerSampleError, Problem,
-    Solution, Solved, Steps, find_method, simulate, simulate_with_sensitivities,
+    InputColumn, Inputs, IntegrateError, Interpolation, Options, PerSample, PerSampleError,
+    Problem, Solution, SolvableSystem, Steps, find_method, simulate, simulate_with_sensitivities,
 };
 
 use crate::support::problems::{Algebraic, AlgebraicStacked, Relaxation, RelaxationStacked};
@@ -25,7 +25,7 @@ fn options(method: &str, steps: Steps, tolerance: f64) -> Options {
 fn recorded(interpolation: Interpolation) -> (Vec<f64>, Vec<f64>, Inputs) {
     let times: Vec<f64> = (0..SAMPLES).map(|k| k as f64).collect();
     let values: Vec<f64> = times.iter().map(|t| (1.7 * t).sin()).collect();
-    let column = Column { name: "u", interpolation, values: &values };
+    let column = InputColumn { name: "u", interpolation, values: &values };
     let inputs = Inputs::recorded(&times, &[column]).unwrap();
     (times, values, inputs)
 }
@@ -82,7 +82,7 @@ fn errors_fall_with_the_fifth_power_of_steps() {
 
 #[test]
 fn the_number_of_steps_keeps_the_tolerance() {
-    fn compare(system: &impl Solved, p: &[f64]) {
+    fn compare(system: &impl SolvableSystem, p: &[f64]) {
         let (times, u, inputs) = recorded(Interpolation::Hold);
         let exact = relaxed(&u, p);
         let problem = Problem { system, p, inputs: &inputs, start: &[] };

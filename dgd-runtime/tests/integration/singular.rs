@@ -1,7 +1,7 @@
 //! Points where the algebraic equations become singular.
 
 use dgd_runtime::{
-    Column, Inputs, Interpolation, Options, Problem, simulate, simulate_with_sensitivities,
+    InputColumn, Inputs, Interpolation, Options, Problem, simulate, simulate_with_sensitivities,
 };
 
 use crate::support::parameters;
@@ -76,7 +76,7 @@ fn sensitivities_end_where_the_slope_does() {
 fn undefined_sensitivities_stay_so_when_the_states_leave() {
     let system = TankStacked::of::<Tank>();
     let p = parameters::<Tank>();
-    let column = Column { name: "u", interpolation: Interpolation::Hold, values: &[0.0, 0.1] };
+    let column = InputColumn { name: "u", interpolation: Interpolation::Hold, values: &[0.0, 0.1] };
     let inputs = Inputs::recorded(&[0.0, 20.0], &[column]).unwrap();
     let problem = Problem { system: &system, p: &p, inputs: &inputs, start: &[] };
     let times = times();

@@ -4,8 +4,8 @@ use std::num::NonZeroU32;
 use std::time::{Duration, Instant};
 
 use dgd_runtime::{
-    Column, Failure, Inputs, IntegrateError, Interpolation, Options, PerSample, Problem, Solution,
-    Steps, Watched, find_method, simulate, simulate_with_sensitivities,
+    Failure, InputColumn, Inputs, IntegrateError, Interpolation, Options, PerSample, Problem,
+    RunMonitor, Solution, Steps, find_method, simulate, simulate_with_sensitivities,
 };
 
 use crate::support::problems::Relaxation;
@@ -17,13 +17,13 @@ const SAMPLES: usize = 3_000_000;
 fn inputs() -> Inputs {
     let times: Vec<f64> = (0..SAMPLES).map(|k| k as f64).collect();
     let values: Vec<f64> = (0..SAMPLES).map(|k| (k % 7) as f64).collect();
-    let column = Column { name: "u", interpolation: Interpolation::Linear, values: &values };
+    let column = InputColumn { name: "u", interpolation: Interpolation::Linear, values: &values };
     Inputs::recorded(&times, &[column]).expect("a recording")
 }
 
 /// The result of a run that is stopped midway, and how long it takes to stop.
 fn stopped(
-    watched: &'static Watched,
+    watched: &'static RunMonitor,
     run: impl FnOnce() -> Result<Solution, Failure>,
 ) -> (Failure, Duration) {
     watched.tell(0.0);
@@ -45,7 +45,7 @@ fn stopped(
 
 #[test]
 fn a_run_stops_before_its_next_step() {
-    static WATCHED: Watched = Watched::new();
+    static WATCHED: RunMonitor = RunMonitor::new();
     let inputs = inputs();
     let system = Heaped::of::<Relaxation>();
     let p = parameters::<Relaxation>();
@@ -81,7 +81,7 @@ fn a_run_stops_before_its_next_step() {
 
 #[test]
 fn who_looks_on_changes_nothing() {
-    static WATCHED: Watched = Watched::new();
+    static WATCHED: RunMonitor = RunMonitor::new();
     let inputs = Inputs::constant(&[3.0]);
     let system = Heaped::of::<Relaxation>();
     let p = parameters::<Relaxation>();

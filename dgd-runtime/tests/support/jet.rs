@@ -3,28 +3,28 @@
 
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
-use dgd_runtime::taylor::{MOST_ORDER, Terms};
+use dgd_runtime::taylor::{MOST_ORDER, SeriesTerms};
 
 use super::Number;
 
 /// value + derivative ε with ε² = 0, both power series.
 #[derive(Debug, Clone, Copy)]
 pub struct Jet {
-    pub value: Terms,
-    pub derivative: Terms,
+    pub value: SeriesTerms,
+    pub derivative: SeriesTerms,
 }
 
-const ZERO: Terms = [0.0; MOST_ORDER + 1];
+const ZERO: SeriesTerms = [0.0; MOST_ORDER + 1];
 
-fn terms(term: impl Fn(usize) -> f64) -> Terms {
+fn terms(term: impl Fn(usize) -> f64) -> SeriesTerms {
     std::array::from_fn(term)
 }
 
-fn product(a: &Terms, b: &Terms) -> Terms {
+fn product(a: &SeriesTerms, b: &SeriesTerms) -> SeriesTerms {
     terms(|k| (0..=k).map(|j| a[j] * b[k - j]).sum())
 }
 
-fn quotient(a: &Terms, b: &Terms) -> Terms {
+fn quotient(a: &SeriesTerms, b: &SeriesTerms) -> SeriesTerms {
     let mut v = ZERO;
     for k in 0..v.len() {
         let known: f64 = (1..=k).map(|j| b[j] * v[k - j]).sum();
@@ -34,7 +34,7 @@ fn quotient(a: &Terms, b: &Terms) -> Terms {
 }
 
 /// The series of v that begins with v₀ and has v̇ = d ẋ, where d follows from the known coefficients of v.
-fn integral(v0: f64, x: &Terms, d: impl Fn(&Terms, usize) -> f64) -> Terms {
+fn integral(v0: f64, x: &SeriesTerms, d: impl Fn(&SeriesTerms, usize) -> f64) -> SeriesTerms {
     let mut v = ZERO;
     v[0] = v0;
     for k in 1..v.len() {
@@ -46,7 +46,7 @@ fn integral(v0: f64, x: &Terms, d: impl Fn(&Terms, usize) -> f64) -> Terms {
 
 impl Jet {
     /// The function with this value and slope.
-    fn of(self, value: Terms, slope: &Terms) -> Self {
+    fn of(self, value: SeriesTerms, slope: &SeriesTerms) -> Self {
         Self { value, derivative: product(slope, &self.derivative) }
     }
 }
@@ -92,7 +92,7 @@ impl Number for Jet {
         let (mut sin, mut cos) = (ZERO, ZERO);
         (sin[0], cos[0]) = x[0].sin_cos();
         for k in 1..sin.len() {
-            let sum = |of: &Terms| (1..=k).map(|j| j as f64 * x[j] * of[k - j]).sum::<f64>();
+            let sum = |of: &SeriesTerms| (1..=k).map(|j| j as f64 * x[j] * of[k - j]).sum::<f64>();
             (sin[k], cos[k]) = (sum(&cos) / k as f64, -sum(&sin) / k as f64);
         }
         self.of(sin, &cos)

@@ -8,10 +8,11 @@ mod jet;
 pub mod problems;
 
 use dgd_runtime::linalg::{AutoLu, FixedLu};
-use dgd_runtime::taylor::{KeptSeries, NoTaylor, Terms};
+use dgd_runtime::taylor::{KeptSeries, NoTaylorSeries, SeriesTerms};
 use dgd_runtime::{
-    Direction, Discrete, Failure, Input, Interpolation, Options, Output, Parameter, Pattern, Point,
-    Problem, Signature, Solution, Solved, System, Unit, Unknown, Wanted,
+    Direction, Discrete, EvaluationPoint, Failure, Input, Interpolation, Options, Output,
+    Parameter, Pattern, Problem, Signature, Solution, SolvableSystem, System, Unit, Unknown,
+    WantedResults,
 };
 
 pub use hyper_dual::{HyperDual, Number};
@@ -36,7 +37,7 @@ fn unit() -> Unit {
 
 fn full(rows: usize, columns: usize) -> Pattern {
     let positions = (0..columns).flat_map(|j| (0..rows).map(move |i| (i, j)));
-    Pattern::of(&positions.collect::<Vec<_>>())
+    Pattern::from_places(&positions.collect::<Vec<_>>())
 }
 
 fn signature<E: Equations>() -> Signature {
@@ -154,7 +155,7 @@ impl Heaped {
 
 /// f with derivatives along two directions of (t, y, u, p).
 struct Seeds<'a> {
-    at: Point<'a>,
+    at: EvaluationPoint<'a>,
     first: [&'a dyn Fn(Slot) -> f64; 2],
 }
 
@@ -171,7 +172,7 @@ fn nothing(_: Slot) -> f64 {
 }
 
 fn evaluate(equations: Pointed, seeds: &Seeds<'_>) -> [HyperDual; MOST] {
-    let Point { t, y, u, p, .. } = seeds.at;
+    let EvaluationPoint { t, y, u, p, .. } = seeds.at;
     let [a, b] = seeds.first;
     let number = |value, slot| HyperDual { value, a: a(slot), b: b(slot), ab: 0.0 };
     let zero = HyperDual::from(0.0);
@@ -194,7 +195,7 @@ fn evaluate(equations: Pointed, seeds: &Seeds<'_>) -> [HyperDual; MOST] {
 /// Extends the series of y, and of a column of S for each direction, order by order.
 fn expand(
     equations: Pointed,
-    at: Point<'_>,
+    at: EvaluationPoint<'_>,
     udot: &[f64],
     h: f64,
     order: usize,
@@ -244,13 +245,13 @@ macro_rules! system {
             &self.signature
         }
 
-        fn rhs(&self, at: Point<'_>, f: &mut [f64]) {
+        fn rhs(&self, at: EvaluationPoint<'_>, f: &mut [f64]) {
             (self.equations.f.0)(at.t, at.y, at.u, at.p, f);
         }
 
         fn linearize(
             &self,
-            at: Point<'_>,
+            at: EvaluationPoint<'_>,
             udot: &[f64],
             f: &mut [f64],
             jacobian: &mut [f64],
@@ -276,7 +277,13 @@ macro_rules! system {
             }
         }
 
-        fn sensitivity_rhs(&self, at: Point<'_>, s: &[f64], f: &mut [f64], g: &mut [f64]) {
+        fn sensitivity_rhs(
+            &self,
+            at: EvaluationPoint<'_>,
+            s: &[f64],
+            f: &mut [f64],
+            g: &mut [f64],
+        ) {
             let n = f.len();
             self.rhs(at, f);
             for (j, g) in g.chunks_exact_mut(n).enumerate() {
@@ -294,7 +301,7 @@ macro_rules! system {
 
         fn sensitivity_linearize(
             &self,
-            at: Point<'_>,
+            at: EvaluationPoint<'_>,
             udot: &[f64],
             s: &[f64],
             f: &mut [f64],
@@ -333,18 +340,18 @@ macro_rules! system {
             }
         }
 
-        fn taylor_series(&self) -> Result<KeptSeries, NoTaylor> {
+        fn taylor_series(&self) -> Result<KeptSeries, NoTaylorSeries> {
             let none = KeptSeries { unknowns: 0, sensitivities: 0, has_branches: true };
-            if self.equations.all_differential { Ok(none) } else { Err(NoTaylor::Algebraic) }
+            if self.equations.all_differential { Ok(none) } else { Err(NoTaylorSeries::Algebraic) }
         }
 
         fn taylor(
             &self,
-            at: Point<'_>,
+            at: EvaluationPoint<'_>,
             udot: &[f64],
             h: f64,
             order: usize,
-            _: &mut [Terms],
+            _: &mut [SeriesTerms],
             y: &mut [f64],
         ) {
             expand(self.equations, at, udot, h, order, y, &mut []);
@@ -352,24 +359,24 @@ macro_rules! system {
 
         fn sensitivity_taylor(
             &self,
-            at: Point<'_>,
+            at: EvaluationPoint<'_>,
             udot: &[f64],
             h: f64,
             order: usize,
-            _: &mut [Terms],
+            _: &mut [SeriesTerms],
             y: &mut [f64],
             s: &mut [f64],
         ) {
             expand(self.equations, at, udot, h, order, y, s);
         }
 
-        fn parameter_jacobian(&self, at: Point<'_>, values: &mut [f64]) {
+        fn parameter_jacobian(&self, at: EvaluationPoint<'_>, values: &mut [f64]) {
             let s = vec![0.0; at.y.len() * at.p.len()];
             let mut f = vec![0.0; at.y.len()];
             self.sensitivity_rhs(at, &s, &mut f, values);
         }
 
-        fn input_jacobian(&self, at: Point<'_>, values: &mut [f64]) {
+        fn input_jacobian(&self, at: EvaluationPoint<'_>, values: &mut [f64]) {
             let n = at.y.len();
             for k in 0..at.u.len() {
                 let u_k = |slot| f64::from(u8::from(slot == Slot::U(k)));
@@ -380,7 +387,7 @@ macro_rules! system {
             }
         }
 
-        fn time_derivative(&self, at: Point<'_>, values: &mut [f64]) {
+        fn time_derivative(&self, at: EvaluationPoint<'_>, values: &mut [f64]) {
             let time = |slot| f64::from(u8::from(slot == Slot::T));
             let d = evaluate(self.equations, &Seeds { at, first: [&time, &nothing] });
             for (value, d) in values.iter_mut().zip(d) {
@@ -388,13 +395,13 @@ macro_rules! system {
             }
         }
 
-        fn outputs(&self, at: Point<'_>, w: &mut [f64]) {
+        fn outputs(&self, at: EvaluationPoint<'_>, w: &mut [f64]) {
             w.copy_from_slice(at.y);
         }
 
         fn output_jacobians(
             &self,
-            at: Point<'_>,
+            at: EvaluationPoint<'_>,
             dwdy: &mut [f64],
             dwdu: &mut [f64],
             dwdp: &mut [f64],
@@ -410,16 +417,22 @@ macro_rules! system {
             dwdt.fill(0.0);
         }
 
-        fn output_sensitivities(&self, at: Point<'_>, s: &[f64], w: &mut [f64], dw: &mut [f64]) {
+        fn output_sensitivities(
+            &self,
+            at: EvaluationPoint<'_>,
+            s: &[f64],
+            w: &mut [f64],
+            dw: &mut [f64],
+        ) {
             w.copy_from_slice(at.y);
             dw.copy_from_slice(s);
         }
 
-        fn start(&self, at: Point<'_>, y: &mut [f64]) {
+        fn start(&self, at: EvaluationPoint<'_>, y: &mut [f64]) {
             (self.equations.start.0)(at.u, at.p, y);
         }
 
-        fn start_sensitivities(&self, at: Point<'_>, s: &mut [f64]) {
+        fn start_sensitivities(&self, at: EvaluationPoint<'_>, s: &mut [f64]) {
             let n = self.signature.unknowns.len();
             for (j, s) in s.chunks_exact_mut(n).enumerate() {
                 let zero = HyperDual::from(0.0);
@@ -459,7 +472,7 @@ impl System for Heaped {
     system!();
 }
 
-impl<const N: usize, const NS: usize, const U: usize, const J: usize, const G: usize> Solved
+impl<const N: usize, const NS: usize, const U: usize, const J: usize, const G: usize> SolvableSystem
     for Stacked<N, NS, U, J, G>
 {
     type Factorisation = FixedLu<N>;
@@ -468,20 +481,20 @@ impl<const N: usize, const NS: usize, const U: usize, const J: usize, const G: u
         problem: &Problem<'_, Self>,
         times: &[f64],
         options: &Options,
-        wanted: Wanted<'_>,
+        wanted: WantedResults<'_>,
     ) -> Result<Solution, Failure> {
         dgd_runtime::integrate::integrate(problem, times, options, wanted)
     }
 }
 
-impl Solved for Heaped {
+impl SolvableSystem for Heaped {
     type Factorisation = AutoLu;
 
     fn integrate(
         problem: &Problem<'_, Self>,
         times: &[f64],
         options: &Options,
-        wanted: Wanted<'_>,
+        wanted: WantedResults<'_>,
     ) -> Result<Solution, Failure> {
         dgd_runtime::integrate::integrate(problem, times, options, wanted)
     }

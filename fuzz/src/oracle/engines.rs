@@ -1,7 +1,7 @@
 //! Compares interpreter and native code bit by bit.
 
 use dgd_runtime::taylor::MOST_ORDER;
-use dgd_runtime::{Solved, System};
+use dgd_runtime::{SolvableSystem, System};
 
 use super::Finding;
 use super::points::{At, places};
@@ -41,7 +41,7 @@ pub(super) fn judge(_: &Case, prepared: &Prepared, findings: &mut Vec<Finding>) 
 }
 
 /// Bits of everything that a system computes at a point.
-pub(crate) fn bits(system: &impl Solved, at: &At) -> Vec<Vec<u64>> {
+pub(crate) fn bits(system: &impl SolvableSystem, at: &At) -> Vec<Vec<u64>> {
     let signature = system.signature();
     let (n, n_w) = (signature.unknowns.len(), signature.outputs.len());
     let (n_s, n_j) = (signature.directions.len(), signature.jacobian.len());
@@ -166,7 +166,7 @@ pub(crate) fn bits(system: &impl Solved, at: &At) -> Vec<Vec<u64>> {
 /// # Errors
 ///
 /// The point and the function that disagree.
-pub(crate) fn generated_agrees(case: &Case, generated: &impl Solved) -> Result<(), String> {
+pub(crate) fn generated_agrees(case: &Case, generated: &impl SolvableSystem) -> Result<(), String> {
     let prepared = Prepared::new(case).map_err(|finding| finding.detail)?;
     if generated.signature() != prepared.system.signature() {
         return Err("the signatures differ".to_owned());

@@ -2,7 +2,7 @@
 
 use std::cell::RefCell;
 
-use dgd_runtime::{Direction, Pattern, Point, Signature, System, discrete_numbers};
+use dgd_runtime::{Direction, EvaluationPoint, Pattern, Signature, System, discrete_numbers};
 
 use super::Finding;
 use crate::case::Case;
@@ -20,8 +20,8 @@ pub(super) struct At {
 }
 
 impl At {
-    pub(super) fn point(&self) -> Point<'_> {
-        Point { t: self.t, y: &self.y, u: &self.u, p: &self.p, z: &self.z }
+    pub(super) fn point(&self) -> EvaluationPoint<'_> {
+        EvaluationPoint { t: self.t, y: &self.y, u: &self.u, p: &self.p, z: &self.z }
     }
 }
 
@@ -57,7 +57,7 @@ pub(super) fn places(prepared: &Prepared, random: &mut Random) -> Vec<At> {
     u.resize(signature.n_u(), 0.0);
     let z = discrete_numbers(system, &p, t);
     let mut y = vec![0.0; signature.unknowns.len()];
-    system.start(Point { t, y: &[], u: &u, p: &p, z: &z }, &mut y);
+    system.start(EvaluationPoint { t, y: &[], u: &u, p: &p, z: &z }, &mut y);
     let sizes = sizes(signature, &y);
     for (y, size) in y.iter_mut().zip(&sizes) {
         *y += size * random.borrow_mut().between(-1.0, 1.0);

@@ -1,7 +1,7 @@
 //! A printed model reads back as the same model.
 
 use dgd_compiler::diagnostics::Diagnostics;
-use dgd_compiler::source::{Source, Sources};
+use dgd_compiler::source::{SourceMap, SourceText};
 use dgd_compiler::syntax::ast::Ast;
 use dgd_compiler::syntax::places::without_places;
 use dgd_compiler::syntax::print::print;
@@ -12,14 +12,14 @@ use crate::case::Case;
 use crate::prepared::Prepared;
 
 fn read(text: &str) -> Option<Ast> {
-    let mut sources = Sources::default();
-    let id = sources.add(Source { name: "m.dgd".to_owned(), text: text.to_owned() });
+    let mut sources = SourceMap::default();
+    let id = sources.add(SourceText { name: "m.dgd".to_owned(), text: text.to_owned() });
     parse(id, &sources, &mut Diagnostics::default()).ok().map(|ast| without_places(&ast))
 }
 
 fn laid_out(text: &str) -> Option<String> {
-    let mut sources = Sources::default();
-    let id = sources.add(Source { name: "m.dgd".to_owned(), text: text.to_owned() });
+    let mut sources = SourceMap::default();
+    let id = sources.add(SourceText { name: "m.dgd".to_owned(), text: text.to_owned() });
     layout::format(id, &sources, &mut Diagnostics::default()).ok()
 }
 

@@ -4,13 +4,13 @@ use std::collections::BTreeMap;
 use std::fmt::Write;
 
 use dgd_compiler::diagnostics::Diagnostics;
-use dgd_compiler::source::{Source, Sources, Span};
+use dgd_compiler::source::{SourceMap, SourceText, Span};
 use dgd_compiler::syntax::ast::{
-    Ast, AttributeKind, Expr, ExprKind, Factor, Item, ItemKind, PriorLaw, Reaction, Reset, Unit,
-    UnknownKind,
+    Ast, AttributeKind, Expr, ExprKind, FactorSide, Item, ItemKind, PriorLaw, Reaction,
+    ResetClause, UnknownKind, WrittenUnit,
 };
 use dgd_compiler::syntax::print::print;
-use dgd_compiler::syntax::visit::{Part, items_mut, parts_mut};
+use dgd_compiler::syntax::visit::{ItemPart, items_mut, parts_mut};
 use dgd_compiler::syntax::{parse, visit};
 
 use super::runs::largest;
@@ -33,8 +33,8 @@ const OTHER: &[(&str, &str, &str)] = &[
 ];
 
 fn read(text: &str) -> Option<Ast> {
-    let mut sources = Sources::default();
-    let id = sources.add(Source { name: "m.dgd".to_owned(), text: text.to_owned() });
+    let mut sources = SourceMap::default();
+    let id = sources.add(SourceText { name: "m.dgd".to_owned(), text: text.to_owned() });
     parse(id, &sources, &mut Diagnostics::default()).ok()
 }
 
@@ -43,7 +43,7 @@ fn declared(ast: &mut Ast) -> Vec<String> {
     let mut names = Vec::new();
     for item in &mut ast.items {
         parts_mut(item, &mut |part| {
-            if let Part::Declares(_, name) = part {
+            if let ItemPart::Declares(_, name) = part {
                 names.push(name.text.clone());
             }
         });
@@ -125,19 +125,19 @@ fn scaled(expr: &mut Expr, factor: &str) {
     };
     let group = Expr { span, kind: ExprKind::Group(Box::new(own)) };
     let ExprKind::Product(mut factors) = value.kind else { return };
-    factors.insert(0, (Factor::Times, group));
+    factors.insert(0, (FactorSide::Times, group));
     expr.kind = ExprKind::Product(factors);
 }
 
-fn change_unit(unit: &mut Option<Unit>) -> Option<&'static str> {
+fn change_unit(unit: &mut Option<WrittenUnit>) -> Option<&'static str> {
     let text = unit.as_ref().map_or("1", |unit| unit.text.as_str());
     let (_, other, factor) = OTHER.iter().find(|(symbol, ..)| *symbol == text)?;
     let span = unit.as_ref().map_or(Span::default(), |unit| unit.span);
-    *unit = Some(Unit::new(span, *other));
+    *unit = Some(WrittenUnit::new(span, *other));
     Some(factor)
 }
 
-fn rescale_resets(resets: &mut [Reset], unknowns: &BTreeMap<String, &str>) {
+fn rescale_resets(resets: &mut [ResetClause], unknowns: &BTreeMap<String, &str>) {
     for reset in resets {
         if let Some(factor) = unknowns.get(&reset.name.text) {
             scaled(&mut reset.value, factor);

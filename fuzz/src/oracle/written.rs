@@ -3,9 +3,9 @@
 use std::cell::Cell;
 use std::collections::BTreeMap;
 
-use dgd_compiler::syntax::ast::{Expr, ExprKind, Factor};
+use dgd_compiler::syntax::ast::{Expr, ExprKind, FactorSide};
 use dgd_compiler::syntax::visit::operands;
-use dgd_runtime::{Observations, Point, Solution, System};
+use dgd_runtime::{EvaluationPoint, Observations, Solution, System};
 
 use super::Finding;
 use crate::prepared::Prepared;
@@ -23,8 +23,8 @@ fn terms(truth: &Truth<'_>, expr: &Expr, at: &Place<'_>) -> f64 {
         ExprKind::Group(a) | ExprKind::Negate(a) => terms(truth, a, at),
         ExprKind::Sum(all) => all.iter().fold(0.0, |m, (_, term)| m.max(terms(truth, term, at))),
         ExprKind::Product(all) => all.iter().fold(1.0, |m, (factor, expr)| match factor {
-            Factor::Times => m * terms(truth, expr, at),
-            Factor::Over => m / truth.value(expr, at).map_or(1.0, f64::abs),
+            FactorSide::Times => m * terms(truth, expr, at),
+            FactorSide::Over => m / truth.value(expr, at).map_or(1.0, f64::abs),
         }),
         _ => truth.value(expr, at).map_or(0.0, f64::abs),
     }
@@ -74,7 +74,7 @@ pub(super) fn judge(
         if signature.delayed_unknowns.is_empty() {
             let (y, z) = (solution.y(k), solution.z(k));
             let mut f = vec![0.0; n];
-            let point = Point { t, y, u: &u, p: &prepared.p, z };
+            let point = EvaluationPoint { t, y, u: &u, p: &prepared.p, z };
             prepared.system.rhs(point, &mut f);
             let mut mass = vec![0.0; n];
             prepared.system.mass(point, &mut mass);

@@ -3,9 +3,9 @@
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 
-use dgd_compiler::pipeline::Directions;
+use dgd_compiler::pipeline::SensitivityDirections;
 use dgd_data::InMemory;
-use dgd_watch::{Ask, Bench, of_error};
+use dgd_watch::{ModelBench, PageRequest, of_error};
 use dgd_work::{Engine, RunRequest, Session, Silent, WorkError, load, prepare};
 use serde::Deserialize;
 use serde_json::{Value, json};
@@ -15,7 +15,7 @@ use serde_json::{Value, json};
 #[serde(rename_all = "snake_case")]
 enum Message {
     Open(Open),
-    Ask(Ask),
+    Ask(PageRequest),
     Inputs {},
     Table { values: BTreeMap<String, f64> },
     Discover(Discover),
@@ -49,7 +49,7 @@ struct Discover {
 pub struct Room {
     files: InMemory,
     request: RunRequest,
-    bench: Bench,
+    bench: ModelBench,
 }
 
 impl Default for Room {
@@ -60,7 +60,7 @@ impl Default for Room {
 
 impl Room {
     fn of(files: InMemory, request: RunRequest) -> Room {
-        Room { files, bench: Bench::new(request.clone()), request }
+        Room { files, bench: ModelBench::new(request.clone()), request }
     }
 
     /// The answer to a message of the worker, as JSON.
@@ -91,7 +91,7 @@ impl Room {
 
     fn open(&mut self, open: Open) {
         let files = open.files.into_iter();
-        self.files = files.fold(InMemory::default(), |all, (path, text)| all.with(path, text));
+        self.files = files.fold(InMemory::default(), |all, (path, text)| all.with_file(path, text));
         let mut request = RunRequest::new(open.model);
         request.data = open.data.map(PathBuf::from);
         request.every = open.every;
@@ -109,7 +109,7 @@ impl Room {
     /// The model's inputs.
     fn inputs(&self) -> Result<Value, WorkError> {
         let RunRequest { model, choices, .. } = &self.request;
-        let loaded = load(model, choices, &Directions::None, self.session())?;
+        let loaded = load(model, choices, &SensitivityDirections::None, self.session())?;
         let inputs = loaded.compiled.program.signature.inputs.iter();
         let inputs = inputs.map(|input| json!({ "name": input.name, "unit": input.unit.symbol }));
         Ok(json!({ "ok": true, "inputs": inputs.collect::<Vec<_>>() }))

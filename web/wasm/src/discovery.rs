@@ -3,13 +3,15 @@
 use dgd_compiler::diagnostics::Diagnostics;
 use dgd_compiler::effects::Effect;
 use dgd_compiler::model::ModelOptions;
-use dgd_compiler::pipeline::Directions;
-use dgd_compiler::source::{Source, Sources};
+use dgd_compiler::pipeline::SensitivityDirections;
+use dgd_compiler::source::{SourceMap, SourceText};
 use dgd_compiler::syntax::parse;
-use dgd_discover::{BaseModel, Discovery, ParameterValue, Request, Scales, discover, templates};
-use dgd_execute::{Engine, Loaded};
-use dgd_identify::journal::Forgetful;
-use dgd_identify::{Recording, Unwatched};
+use dgd_discover::{
+    BaseModel, Discovery, DiscoveryOptions, OutputScales, ParameterValue, discover, templates,
+};
+use dgd_execute::{Engine, LoadedSystem};
+use dgd_identify::journal::NoJournal;
+use dgd_identify::{NoMonitor, Recording};
 use dgd_runtime::{Options, Problem, System, start_from_outputs};
 
 use crate::lines::Lines;
@@ -36,8 +38,9 @@ impl Examination {
     }
 
     fn discover(&self) -> Discovery {
-        let (mut sources, mut diagnostics) = (Sources::default(), Diagnostics::default());
-        let compiled = compiled("mud_circulation.dgd", &[], &Directions::None, &mut sources);
+        let (mut sources, mut diagnostics) = (SourceMap::default(), Diagnostics::default());
+        let compiled =
+            compiled("mud_circulation.dgd", &[], &SensitivityDirections::None, &mut sources);
         let library = self.library(&mut sources, &mut diagnostics);
         let templates = templates(&mut sources, &mut diagnostics).expect("the library's texts");
         let base = BaseModel {
@@ -46,12 +49,12 @@ impl Examination {
             free: Vec::new(),
             fix: Vec::new(),
             engine: Engine::Interpreter,
-            scales: Scales::default(),
+            scales: OutputScales::default(),
         };
-        let system = Loaded::with_engine(compiled.program, Engine::Interpreter);
+        let system = LoadedSystem::with_engine(compiled.program, Engine::Interpreter);
         let [train, valid] = BOOSTER_STOP.map(|text| [self.recording(&system, text)]);
         let names = ["train", "valid"].map(|name| [name.to_owned()]);
-        let request = Request {
+        let request = DiscoveryOptions {
             base: &base,
             library: &library,
             templates: &templates,
@@ -63,21 +66,21 @@ impl Examination {
             threads: 1,
             seed: 1,
             budget: None,
-            journal: &Forgetful,
-            watch: &Unwatched,
+            journal: &NoJournal,
+            watch: &NoMonitor,
         };
         discover(&request, &mut diagnostics)
             .unwrap_or_else(|error| panic!("{error}\n{}", shown(&diagnostics, &sources)))
     }
 
-    fn library(&self, sources: &mut Sources, diagnostics: &mut Diagnostics) -> Vec<Effect> {
+    fn library(&self, sources: &mut SourceMap, diagnostics: &mut Diagnostics) -> Vec<Effect> {
         let is_used = |path: &str| {
             let is_named = |name: &&str| path.ends_with(&format!("/{name}.dgd"));
             self.effects.is_empty() || self.effects.iter().any(is_named)
         };
         let used = EFFECTS.iter().filter(|(path, _)| is_used(path));
         used.map(|(path, text)| {
-            let source = Source { name: (*path).to_owned(), text: (*text).to_owned() };
+            let source = SourceText { name: (*path).to_owned(), text: (*text).to_owned() };
             let ast = parse(sources.add(source), sources, diagnostics);
             let effect = ast.and_then(|ast| Effect::read(ast, diagnostics));
             effect.expect("an effect of the repository")
@@ -86,7 +89,7 @@ impl Examination {
     }
 
     /// The used rows, in SI, with initial values from the first.
-    fn recording(&self, system: &Loaded, text: &str) -> Recording {
+    fn recording(&self, system: &LoadedSystem, text: &str) -> Recording {
         let table = Table::read(text, self.until);
         let signature = system.signature();
         let inputs = table.inputs(signature);

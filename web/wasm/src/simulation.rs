@@ -1,8 +1,8 @@
 //! A simulation with all sensitivities: its events, and samples of all quantities.
 
-use dgd_compiler::pipeline::Directions;
-use dgd_compiler::source::Sources;
-use dgd_execute::{Engine, Loaded};
+use dgd_compiler::pipeline::SensitivityDirections;
+use dgd_compiler::source::SourceMap;
+use dgd_execute::{Engine, LoadedSystem};
 use dgd_runtime::{
     Direction, Inputs, Options, Problem, Signature, Solution, System, find_method, observe,
     simulate_with_sensitivities,
@@ -47,9 +47,9 @@ const TOLERANCE: f64 = 1e-8;
 
 impl Simulation {
     pub(crate) fn add_to(&self, lines: &mut Lines) {
-        let (mut sources, all) = (Sources::default(), Directions::All);
+        let (mut sources, all) = (SourceMap::default(), SensitivityDirections::All);
         let compiled = compiled(self.model, self.variants, &all, &mut sources);
-        let system = Loaded::with_engine(compiled.program, Engine::Interpreter);
+        let system = LoadedSystem::with_engine(compiled.program, Engine::Interpreter);
         let signature = system.signature();
         let p: Vec<f64> = signature.parameters.iter().map(|parameter| parameter.value).collect();
         let inputs = match self.inputs {
@@ -84,7 +84,7 @@ fn add_events(solution: &Solution, lines: &mut Lines) {
     }
 }
 
-fn add_samples(system: &Loaded, solution: &Solution, lines: &mut Lines) {
+fn add_samples(system: &LoadedSystem, solution: &Solution, lines: &mut Lines) {
     let signature = system.signature();
     let samples = 0..solution.len();
     for (i, unknown) in signature.unknowns.iter().enumerate() {
@@ -97,7 +97,7 @@ fn add_samples(system: &Loaded, solution: &Solution, lines: &mut Lines) {
     }
 }
 
-fn add_outputs(problem: &Problem<'_, Loaded>, solution: &Solution, lines: &mut Lines) {
+fn add_outputs(problem: &Problem<'_, LoadedSystem>, solution: &Solution, lines: &mut Lines) {
     let signature = problem.system.signature();
     let observed = observe(problem, solution);
     let samples = 0..solution.len();
@@ -123,7 +123,7 @@ fn add_sensitivity(
     let what = format!("d({of})/d({})", signature.direction_name(direction));
     let size = match signature.directions[direction] {
         Direction::Parameter(i) => signature.parameters[i].value,
-        Direction::Start(i) => signature.unknowns.at(i).nominal.unwrap_or(0.0),
+        Direction::Start(i) => signature.unknowns.get(i).nominal.unwrap_or(0.0),
     };
     let size = if size == 0.0 { signature.direction_unit(direction).factor } else { size };
     if largest(&slopes) * size.abs() <= TOLERANCE * largest(values) {

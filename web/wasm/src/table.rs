@@ -1,6 +1,6 @@
 //! Recordings as text: a header of names, then rows of numbers in the units that the model declares.
 
-use dgd_runtime::{Column, Inputs, Signature, Unit};
+use dgd_runtime::{InputColumn, Inputs, Signature, Unit};
 
 /// The columns of a recording.
 #[derive(Debug)]
@@ -47,8 +47,8 @@ impl<'a> Table<'a> {
         let recorded: Vec<Vec<f64>> = (signature.inputs.iter())
             .map(|input| self.in_si(&input.name, &input.unit).expect("all inputs are recorded"))
             .collect();
-        let columns: Vec<Column<'_>> = (signature.inputs.iter().zip(&recorded))
-            .map(|(input, values)| Column {
+        let columns: Vec<InputColumn<'_>> = (signature.inputs.iter().zip(&recorded))
+            .map(|(input, values)| InputColumn {
                 name: &input.name,
                 interpolation: input.interpolation,
                 values,

@@ -2,8 +2,8 @@
 
 use dgd_compiler::diagnostics::{Diagnostics, render};
 use dgd_compiler::model::ModelOptions;
-use dgd_compiler::pipeline::{Compiled, Directions, compile};
-use dgd_compiler::source::{Source, Sources, Span};
+use dgd_compiler::pipeline::{CompiledStages, SensitivityDirections, compile};
+use dgd_compiler::source::{SourceMap, SourceText, Span};
 use dgd_compiler::syntax::ast::Name;
 
 macro_rules! texts {
@@ -73,19 +73,19 @@ fn model(path: &str) -> Result<String, String> {
 pub(crate) fn compiled(
     path: &str,
     variants: &[(&str, &str)],
-    directions: &Directions,
-    sources: &mut Sources,
-) -> Compiled {
+    directions: &SensitivityDirections,
+    sources: &mut SourceMap,
+) -> CompiledStages {
     let name = |text: &str| Name { text: text.to_owned(), span: Span::default() };
     let variants = variants.iter().map(|(variant, choice)| (name(variant), name(choice)));
     let options = ModelOptions { variants: variants.collect(), ..ModelOptions::default() };
     let text = model(path).expect("the model is included");
-    let main = Source { name: path.to_owned(), text };
+    let main = SourceText { name: path.to_owned(), text };
     let mut diagnostics = Diagnostics::default();
     compile(main, &options, directions, &mut |path| model(path), sources, &mut diagnostics)
         .unwrap_or_else(|_| panic!("{}", shown(&diagnostics, sources)))
 }
 
-pub(crate) fn shown(diagnostics: &Diagnostics, sources: &Sources) -> String {
-    render::render(&diagnostics.sorted(), sources, render::Style::Plain)
+pub(crate) fn shown(diagnostics: &Diagnostics, sources: &SourceMap) -> String {
+    render::render(&diagnostics.sorted(), sources, render::RenderStyle::Plain)
 }

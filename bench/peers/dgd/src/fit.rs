@@ -1,7 +1,7 @@
 //! Fits to the recording with noise, from initial values that are 30 % off.
 
-use dgd_identify::{Fit, Noise, OutputErrorProblem, Recording, fit};
-use dgd_runtime::{Inputs, Options, Solved};
+use dgd_identify::{Fit, NoiseSource, OutputErrorProblem, Recording, fit};
+use dgd_runtime::{Inputs, Options, SolvableSystem};
 use peers_problems::request::{Answer, Failure, Request};
 use peers_problems::two_state::{
     FIT_NOISE, FIT_START, RANK_START, SIX_NOISE, SIX_START, nominal, nominal_six, square_losses,
@@ -10,7 +10,7 @@ use peers_problems::two_state::{
 /// M, c0 and c2. `inputs` are those of the recording; the model has sensitivities to the three parameters.
 pub(crate) fn solve(
     request: &Request,
-    system: &(impl Solved + Clone + Send + 'static),
+    system: &(impl SolvableSystem + Clone + Send + 'static),
     inputs: Inputs,
     times: Vec<f64>,
     options: Options,
@@ -26,7 +26,7 @@ pub(crate) fn solve(
 /// M, c0, c2 and F, where the data determine only a combination of the last two.
 pub(crate) fn too_free(
     request: &Request,
-    system: &(impl Solved + Clone + Send + 'static),
+    system: &(impl SolvableSystem + Clone + Send + 'static),
     inputs: Inputs,
     times: Vec<f64>,
     options: Options,
@@ -54,7 +54,7 @@ pub(crate) fn too_free(
 /// M, c0, c1, c2, F and F1, from four instruments.
 pub(crate) fn six(
     request: &Request,
-    system: &(impl Solved + Clone + Send + 'static),
+    system: &(impl SolvableSystem + Clone + Send + 'static),
     inputs: Inputs,
     times: Vec<f64>,
     options: Options,
@@ -108,7 +108,7 @@ struct Wanted<'a> {
 
 fn estimate(
     request: &Request,
-    system: &(impl Solved + Clone + Send + 'static),
+    system: &(impl SolvableSystem + Clone + Send + 'static),
     (inputs, times): (Inputs, Vec<f64>),
     options: Options,
     wanted: Wanted<'_>,
@@ -118,7 +118,7 @@ fn estimate(
     let (columns, sigmas): (Vec<_>, Vec<_>) = readings.into_iter().unzip();
     let recordings = [Recording::new(times, inputs, columns.into_iter().map(Some).collect())];
     let mut problem = OutputErrorProblem {
-        noise: sigmas.into_iter().map(|sigma| Some(Noise::Known(sigma))).collect(),
+        noise: sigmas.into_iter().map(|sigma| Some(NoiseSource::Known(sigma))).collect(),
         options,
         ..OutputErrorProblem::new(system, p, &recordings)
     };

@@ -7,10 +7,10 @@ mod line;
 mod loaded;
 mod sets;
 
-use dgd_compiler::pipeline::Directions;
+use dgd_compiler::pipeline::SensitivityDirections;
 use dgd_runtime::{
-    Column, Inputs, Interpolation, Method, Options, PerSample, Problem, Solution, Solved, Steps,
-    find_method, simulate, simulate_with_sensitivities,
+    InputColumn, Inputs, Interpolation, Method, Options, PerSample, Problem, Solution,
+    SolvableSystem, Steps, find_method, simulate, simulate_with_sensitivities,
 };
 use peers_problems::request::{Answer, Failure, Request};
 use peers_problems::two_state::{SPEEDS, STRETCHES};
@@ -37,7 +37,7 @@ const LOADED: &str = ", loaded";
 pub fn solve(request: &Request) -> Result<(), Failure> {
     match request.problem() {
         "p1a" | "p1b" if request.method.ends_with(LOADED) => {
-            jump(request, &loaded::model(TWO_STATE, &Directions::All, &[])?)
+            jump(request, &loaded::model(TWO_STATE, &SensitivityDirections::All, &[])?)
         }
         "p1a" | "p1b" => jump(request, &models::ode::Model),
         "p2a" | "p2b" => jump(request, &models::dae::Model),
@@ -64,7 +64,7 @@ pub fn solve(request: &Request) -> Result<(), Failure> {
 }
 
 /// The pump's speed jumps at 100 s; outputs at whole seconds.
-fn jump(request: &Request, system: &impl Solved) -> Result<(), Failure> {
+fn jump(request: &Request, system: &impl SolvableSystem) -> Result<(), Failure> {
     let (inputs, times) = jump_of_speed()?;
     run(request, system, &inputs, &times)
 }
@@ -72,7 +72,7 @@ fn jump(request: &Request, system: &impl Solved) -> Result<(), Failure> {
 /// The inputs of P1, P2 and P4, and the times of their outputs.
 fn jump_of_speed() -> Result<(Inputs, Vec<f64>), Failure> {
     let times: Vec<f64> = STRETCHES.iter().map(|(from, _, _)| f64::from(*from)).collect();
-    let column = Column { name: "w", interpolation: Interpolation::Hold, values: &SPEEDS };
+    let column = InputColumn { name: "w", interpolation: Interpolation::Hold, values: &SPEEDS };
     Ok((Inputs::recorded(&times, &[column])?, (0..=1000).map(f64::from).collect()))
 }
 
@@ -83,7 +83,8 @@ fn recorded(request: &Request) -> Result<(Inputs, Vec<f64>), Failure> {
     let w: Vec<f64> = samples.iter().map(|sample| sample.w).collect();
     let q_b: Vec<f64> = samples.iter().map(|sample| sample.q_b).collect();
     let q_tf: Vec<f64> = samples.iter().map(|sample| sample.q_tf).collect();
-    let held_column = |name, values| Column { name, interpolation: Interpolation::Hold, values };
+    let held_column =
+        |name, values| InputColumn { name, interpolation: Interpolation::Hold, values };
     let columns = [held_column("w", &w), held_column("q_b", &q_b), held_column("q_tf", &q_tf)];
     Ok((Inputs::recorded(&times, &columns)?, times))
 }
@@ -112,13 +113,13 @@ fn options(request: &Request) -> Result<Options, Failure> {
 }
 
 /// Parameter values declared in the model.
-fn declared(system: &impl Solved) -> Vec<f64> {
+fn declared(system: &impl SolvableSystem) -> Vec<f64> {
     system.signature().parameters.iter().map(|x| x.value).collect()
 }
 
 fn run(
     request: &Request,
-    system: &impl Solved,
+    system: &impl SolvableSystem,
     inputs: &Inputs,
     times: &[f64],
 ) -> Result<(), Failure> {

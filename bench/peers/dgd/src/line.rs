@@ -1,6 +1,6 @@
 //! P3: the line from a short file, with any number of cells.
 
-use dgd_compiler::pipeline::Directions;
+use dgd_compiler::pipeline::SensitivityDirections;
 use dgd_runtime::{Inputs, Options, Problem, System, simulate_chosen};
 use peers_problems::line::END;
 use peers_problems::request::{Answer, Failure, Request};
@@ -10,7 +10,7 @@ use crate::{declared, loaded, options};
 /// p₁ at whole seconds; the model is read and compiled before the runs, like those of the peers.
 pub(crate) fn solve(request: &Request) -> Result<(), Failure> {
     let cells = request.size().ok_or("how many cells?")?;
-    let system = loaded::model("line.dgd", &Directions::None, &[format!("N={cells}")])?;
+    let system = loaded::model("line.dgd", &SensitivityDirections::None, &[format!("N={cells}")])?;
     let p = declared(&system);
     let inputs = Inputs::constant(&[]);
     let times: Vec<f64> = (0..=END).map(f64::from).collect();

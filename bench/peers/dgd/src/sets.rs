@@ -3,8 +3,8 @@
 use std::num::NonZero;
 use std::thread;
 
-use dgd_runtime::Solved;
-use dgd_runtime::ensemble::{Ensemble, Member, Wanted, reduce};
+use dgd_runtime::SolvableSystem;
+use dgd_runtime::ensemble::{Ensemble, EnsembleQuantities, Member, reduce};
 use peers_problems::request::{Answer, Failure, Request};
 use peers_problems::two_state::{SETS, ensemble};
 
@@ -14,7 +14,7 @@ use crate::{jump_of_speed, options};
 /// are M, c0, c1, c2, F, as in the problem.
 pub(crate) fn solve(
     request: &Request,
-    system: &(impl Solved + Clone + Send + Sync),
+    system: &(impl SolvableSystem + Clone + Send + Sync),
 ) -> Result<(), Failure> {
     let n = request.size().unwrap_or(SETS);
     let threads = if request.case == "p4-threads" {
@@ -30,10 +30,14 @@ pub(crate) fn solve(
             let members: Vec<Member<'_>> =
                 sets.iter().map(|p| Member { p, inputs: &inputs, start: &[] }).collect();
             let ensemble = Ensemble { system, members: &members };
-            let levels =
-                reduce(&ensemble, &times, &options, Wanted::Unknowns, threads, |_, outcome| {
-                    outcome.map(|run| (sum(run.unknown(0)), run.statistics.steps))
-                });
+            let levels = reduce(
+                &ensemble,
+                &times,
+                &options,
+                EnsembleQuantities::Unknowns,
+                threads,
+                |_, outcome| outcome.map(|run| (sum(run.unknown(0)), run.statistics.steps)),
+            );
             let (mut total, mut steps) = (0.0, 0);
             for level in levels {
                 let (level, taken) = level?;

@@ -4,15 +4,15 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 
 use dgd_compiler::diagnostics::Diagnostics;
-use dgd_compiler::source::Sources;
-use dgd_data::{Table, read};
+use dgd_compiler::source::SourceMap;
+use dgd_data::{DataTable, read};
 
 fn root() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../..")
 }
 
-fn table(path: &Path) -> Table {
-    read(path, &mut Sources::default(), &mut Diagnostics::default()).expect("a table")
+fn table(path: &Path) -> DataTable {
+    read(path, &mut SourceMap::default(), &mut Diagnostics::default()).expect("a table")
 }
 
 /// SI value of one column unit.

@@ -4,7 +4,7 @@ use std::fs;
 use std::path::Path;
 
 use dgd_compiler::diagnostics::Diagnostics;
-use dgd_compiler::source::Sources;
+use dgd_compiler::source::SourceMap;
 use dgd_data as data;
 use serde_json::Value;
 use tempfile::TempDir;
@@ -157,7 +157,7 @@ fn a_parquet_file_holds_what_the_csv_does() {
             fs::read(folder.path().join("t.parquet")).is_ok_and(|file| file.starts_with(b"PAR1"))
         );
         let table = |name: &str| {
-            let (mut sources, mut diagnostics) = (Sources::default(), Diagnostics::default());
+            let (mut sources, mut diagnostics) = (SourceMap::default(), Diagnostics::default());
             let read = data::read(&folder.path().join(name), &mut sources, &mut diagnostics);
             let table = read.expect("a table");
             let columns = table.columns.iter();

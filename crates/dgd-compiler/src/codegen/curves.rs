@@ -7,7 +7,7 @@ use quote::{format_ident, quote};
 
 use super::number;
 use crate::expr::curve::CurveId;
-use crate::program::{Loop, Operation, Program};
+use crate::program::{Loop, Program, ProgramOperation};
 
 /// The curves that the functions of a program evaluate.
 pub(super) fn statics(program: &Program) -> TokenStream {
@@ -21,7 +21,7 @@ pub(super) fn statics(program: &Program) -> TokenStream {
         .flat_map(|taylor| taylor.unknowns.body.iter().chain(&taylor.sensitivities.body));
     let mut curves: BTreeMap<Ident, CurveId> = BTreeMap::new();
     for operation in of_functions.chain(of_series) {
-        if let Operation::Curve(curve, _) = operation {
+        if let ProgramOperation::Curve(curve, _) = operation {
             curves.insert(name(*curve), *curve);
         }
     }

@@ -6,28 +6,29 @@ use quote::quote;
 use dgd_signature::Unit;
 
 use super::{doc_attributes, identifier, index, number};
-use crate::program::{Described, Program};
+use crate::program::{Program, QuantityDescription};
 use crate::units::describe;
 
 /// One field.
-struct Field<'a> {
+struct GeneratedField<'a> {
     name: &'a str,
     unit: &'a Unit,
-    told: &'a Described,
+    told: &'a QuantityDescription,
     default: f64,
 }
 
 pub(super) fn structs(program: &Program) -> TokenStream {
     let Program { signature, source, .. } = program;
-    let field = |((name, unit, default), told)| Field { name, unit, told, default };
+    let field = |((name, unit, default), told)| GeneratedField { name, unit, told, default };
     let parameters = signature.parameters.iter().map(|p| (&*p.name, &p.unit, p.value));
-    let parameters: Vec<Field<'_>> = parameters.zip(&source.parameters).map(field).collect();
+    let parameters: Vec<GeneratedField<'_>> =
+        parameters.zip(&source.parameters).map(field).collect();
     let inputs = signature.inputs.iter().map(|x| (&*x.name, &x.unit, 0.0));
-    let inputs: Vec<Field<'_>> = inputs.zip(&source.inputs).map(field).collect();
+    let inputs: Vec<GeneratedField<'_>> = inputs.zip(&source.inputs).map(field).collect();
     let unknowns = signature.unknowns.single.iter().map(|x| (&*x.name, &x.unit, 0.0));
-    let unknowns: Vec<Field<'_>> = unknowns.zip(&source.unknowns).map(field).collect();
+    let unknowns: Vec<GeneratedField<'_>> = unknowns.zip(&source.unknowns).map(field).collect();
     let outputs = program.single_outputs().iter().map(|x| (&*x.name, &x.unit, 0.0));
-    let outputs: Vec<Field<'_>> = outputs.zip(&source.outputs).map(field).collect();
+    let outputs: Vec<GeneratedField<'_>> = outputs.zip(&source.outputs).map(field).collect();
     let parameters =
         structure("Parameters", "Parameters p; the default is the model file's.", &parameters);
     let inputs = structure("Inputs", "Inputs u.", &inputs);
@@ -50,7 +51,7 @@ pub(super) fn structs(program: &Program) -> TokenStream {
     }
 }
 
-fn structure(name: &str, about: &str, fields: &[Field<'_>]) -> TokenStream {
+fn structure(name: &str, about: &str, fields: &[GeneratedField<'_>]) -> TokenStream {
     let name = Ident::new(name, Span::call_site());
     let about = format!(" {about} All in SI units.");
     let len = index(fields.len());
@@ -96,7 +97,7 @@ fn structure(name: &str, about: &str, fields: &[Field<'_>]) -> TokenStream {
 
 /// A field that is an array.
 struct ArrayField<'a> {
-    field: Field<'a>,
+    field: GeneratedField<'a>,
     /// Position of its first element.
     first: usize,
     count: usize,
@@ -105,12 +106,12 @@ struct ArrayField<'a> {
 /// Arrays one after the other, from a position on.
 fn array_fields<'a>(
     mut next: usize,
-    arrays: impl Iterator<Item = ((&'a str, &'a Unit, usize), &'a Described)>,
+    arrays: impl Iterator<Item = ((&'a str, &'a Unit, usize), &'a QuantityDescription)>,
 ) -> Vec<ArrayField<'a>> {
     let field = |((name, unit, count), told)| {
         let first = next;
         next += count;
-        ArrayField { field: Field { name, unit, told, default: 0.0 }, first, count }
+        ArrayField { field: GeneratedField { name, unit, told, default: 0.0 }, first, count }
     };
     arrays.map(field).collect()
 }
@@ -119,7 +120,7 @@ fn array_fields<'a>(
 fn structure_with_arrays(
     name: &str,
     about: &str,
-    single: &[Field<'_>],
+    single: &[GeneratedField<'_>],
     all: &[ArrayField<'_>],
 ) -> TokenStream {
     if all.is_empty() {
@@ -180,7 +181,7 @@ fn structure_with_arrays(
     }
 }
 
-fn field_doc(field: &Field<'_>) -> TokenStream {
+fn field_doc(field: &GeneratedField<'_>) -> TokenStream {
     let mut lines = field.told.doc.clone();
     let si = describe(field.told.dimension);
     let unit = if field.unit.symbol == si {

@@ -9,19 +9,19 @@ use dgd_signature::Signature;
 
 use super::{curves, identifier, index, loops, number};
 use crate::expr::graph::Comparison;
-use crate::expr::intrinsics::Definition;
+use crate::expr::intrinsics::IntrinsicDefinition;
 use crate::program::{
-    Argument, Function, FunctionKind, Loop, Operation, Place, Program, ResultKind, Row, Series,
-    ValueId,
+    FunctionArgument, FunctionKind, Loop, Program, ProgramFunction, ProgramOperation, ResultKind,
+    SharedSeries, StridedPosition, UnknownRow, ValueId,
 };
-use crate::source::Sources;
+use crate::source::SourceMap;
 
 /// Expressions nest up to this many operations in one statement.
 pub(super) const DEEPEST_PIECE: usize = 8;
 
 /// How tightly a piece of code binds.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-enum Tightness {
+enum TokenPrecedence {
     Any,
     Sum,
     Product,
@@ -31,24 +31,28 @@ enum Tightness {
 
 /// Code for a value, not yet bound to a name.
 #[derive(Clone)]
-pub(super) struct Piece {
+pub(super) struct CodeFragment {
     pub(super) tokens: TokenStream,
-    tightness: Tightness,
+    tightness: TokenPrecedence,
     pub(super) depth: usize,
 }
 
-impl Piece {
-    pub(super) fn atom(tokens: TokenStream) -> Piece {
-        Piece { tokens, tightness: Tightness::Atom, depth: 0 }
+impl CodeFragment {
+    pub(super) fn atom(tokens: TokenStream) -> CodeFragment {
+        CodeFragment { tokens, tightness: TokenPrecedence::Atom, depth: 0 }
     }
 
-    fn at_least(&self, least: Tightness) -> TokenStream {
+    fn at_least(&self, least: TokenPrecedence) -> TokenStream {
         let tokens = &self.tokens;
         if self.tightness >= least { tokens.clone() } else { quote!((#tokens)) }
     }
 }
 
-pub(super) fn method(program: &Program, function: &Function, sources: &Sources) -> TokenStream {
+pub(super) fn method(
+    program: &Program,
+    function: &ProgramFunction,
+    sources: &SourceMap,
+) -> TokenStream {
     let spec = function.kind.spec();
     let name = Ident::new(spec.name, Span::call_site());
     let extra = spec.extra.iter().map(|argument| {
@@ -57,13 +61,13 @@ pub(super) fn method(program: &Program, function: &Function, sources: &Sources) 
     });
     let results: Vec<Ident> = spec.results.iter().map(|kind| result_name(*kind)).collect();
     let bound_arrays = bind_arrays(program, function);
-    let mut body = Body::new(program, function).statements();
+    let mut body = StatementWriter::new(program, function).statements();
     let body_statements = std::mem::take(&mut body.statements);
     if !function.loops.is_empty() || function.places.iter().any(Option::is_some) {
         let writes = loops::writes(program, function, &results, &mut body.pieces, sources);
         return quote! {
             #[inline]
-            fn #name(&self, _at: ::dgd::__runtime::Point<'_>, #(#extra)* #(#results: &mut [f64]),*) {
+            fn #name(&self, _at: ::dgd::__runtime::EvaluationPoint<'_>, #(#extra)* #(#results: &mut [f64]),*) {
                 #(#bound_arrays)*
                 #(#body_statements)*
                 #writes
@@ -90,7 +94,7 @@ pub(super) fn method(program: &Program, function: &Function, sources: &Sources) 
     });
     quote! {
         #[inline]
-        fn #name(&self, _at: ::dgd::__runtime::Point<'_>, #(#extra)* #(#results: &mut [f64]),*) {
+        fn #name(&self, _at: ::dgd::__runtime::EvaluationPoint<'_>, #(#extra)* #(#results: &mut [f64]),*) {
             #(#bound_arrays)*
             #(#body_statements)*
             #(#writes)*
@@ -99,7 +103,7 @@ pub(super) fn method(program: &Program, function: &Function, sources: &Sources) 
 }
 
 /// The comment above the row of an unknown or an element.
-pub(super) fn doc_of_row(program: &Program, row: usize, sources: &Sources) -> String {
+pub(super) fn doc_of_row(program: &Program, row: usize, sources: &SourceMap) -> String {
     match program.source.rows.get(row) {
         Some(own) => row_doc(program, row, *own, sources),
         None => loops::family_doc(program, row, false, sources),
@@ -107,7 +111,7 @@ pub(super) fn doc_of_row(program: &Program, row: usize, sources: &Sources) -> St
 }
 
 /// The comment above a row: its equation, its source position and its left side.
-fn row_doc(program: &Program, row: usize, own: Row, sources: &Sources) -> String {
+fn row_doc(program: &Program, row: usize, own: UnknownRow, sources: &SourceMap) -> String {
     let (line, _) = sources.line_column(own.span);
     let unknown = &program.signature.unknowns.single[row];
     let left = match (own.by_mode, unknown.differential) {
@@ -116,10 +120,10 @@ fn row_doc(program: &Program, row: usize, own: Row, sources: &Sources) -> String
         (false, false) => "0".to_owned(),
     };
     let file = &sources.get(own.span.source).name;
-    format!(" `{}` ({file}:{line}): {left} =", program.signature.equations.at(row))
+    format!(" `{}` ({file}:{line}): {left} =", program.signature.equations.get(row))
 }
 
-fn bind_arrays(program: &Program, function: &Function) -> Vec<TokenStream> {
+fn bind_arrays(program: &Program, function: &ProgramFunction) -> Vec<TokenStream> {
     let of_loops = function.loops.iter().flat_map(Loop::operations);
     bind_arrays_of(program, function.body.iter().chain(of_loops))
 }
@@ -127,25 +131,25 @@ fn bind_arrays(program: &Program, function: &Function) -> Vec<TokenStream> {
 /// `let _y: &[f64; 2] = fixed(_at.y);` for each array that is read.
 pub(super) fn bind_arrays_of<'a>(
     program: &Program,
-    operations: impl Iterator<Item = &'a Operation>,
+    operations: impl Iterator<Item = &'a ProgramOperation>,
 ) -> Vec<TokenStream> {
-    let arrays: BTreeSet<Argument> = operations
+    let arrays: BTreeSet<FunctionArgument> = operations
         .filter_map(|operation| match operation {
-            Operation::Load(argument, _)
-            | Operation::LoadSwept(argument, _)
-            | Operation::LoadRound(argument, _) => Some(*argument),
+            ProgramOperation::Load(argument, _)
+            | ProgramOperation::LoadSwept(argument, _)
+            | ProgramOperation::LoadRound(argument, _) => Some(*argument),
             _ => None,
         })
         .collect();
-    let read = |argument: Argument| arrays.contains(&argument);
+    let read = |argument: FunctionArgument| arrays.contains(&argument);
     let (n, signature) = (program.n(), &program.signature);
     [
-        (Argument::Y, quote!(_at.y), n),
-        (Argument::U, quote!(_at.u), signature.n_u()),
-        (Argument::P, quote!(_at.p), signature.parameters.len()),
-        (Argument::Udot, quote!(_udot), signature.n_u()),
-        (Argument::S, quote!(_s), n * signature.directions.len()),
-        (Argument::Z, quote!(_at.z), signature.discrete.len()),
+        (FunctionArgument::Y, quote!(_at.y), n),
+        (FunctionArgument::U, quote!(_at.u), signature.n_u()),
+        (FunctionArgument::P, quote!(_at.p), signature.parameters.len()),
+        (FunctionArgument::Udot, quote!(_udot), signature.n_u()),
+        (FunctionArgument::S, quote!(_s), n * signature.directions.len()),
+        (FunctionArgument::Z, quote!(_at.z), signature.discrete.len()),
     ]
     .into_iter()
     .filter(|(argument, _, _)| read(*argument))
@@ -156,7 +160,7 @@ pub(super) fn bind_arrays_of<'a>(
     .collect()
 }
 
-fn array(argument: Argument) -> Ident {
+fn array(argument: FunctionArgument) -> Ident {
     format_ident!("_{}", argument.symbol())
 }
 
@@ -214,20 +218,20 @@ fn result_name(kind: ResultKind) -> Ident {
 }
 
 /// Turns operations into statements; a value used once is written inline.
-pub(super) struct Body<'a> {
+pub(super) struct StatementWriter<'a> {
     program: &'a Program,
-    operations: &'a [Operation],
+    operations: &'a [ProgramOperation],
     uses: Vec<u32>,
     names: BTreeMap<ValueId, &'a str>,
 }
 
 pub(super) struct Statements {
     pub(super) statements: Vec<TokenStream>,
-    pub(super) pieces: BTreeMap<ValueId, Piece>,
+    pub(super) pieces: BTreeMap<ValueId, CodeFragment>,
 }
 
-impl<'a> Body<'a> {
-    fn new(program: &'a Program, function: &'a Function) -> Self {
+impl<'a> StatementWriter<'a> {
+    fn new(program: &'a Program, function: &'a ProgramFunction) -> Self {
         let mut uses = uses(&function.body);
         for value in function.results.iter().flatten() {
             uses[value.index()] += 1;
@@ -246,7 +250,7 @@ impl<'a> Body<'a> {
     /// The operations of a series; `read` holds the operands of its recurrences and results, each computed once.
     pub(super) fn of_series(
         program: &'a Program,
-        series: &'a Series,
+        series: &'a SharedSeries,
         read: impl Iterator<Item = ValueId>,
     ) -> Self {
         let mut uses = uses(&series.body);
@@ -258,28 +262,30 @@ impl<'a> Body<'a> {
 
     fn named(
         program: &'a Program,
-        operations: &'a [Operation],
+        operations: &'a [ProgramOperation],
         uses: Vec<u32>,
         names: &'a [(ValueId, String)],
     ) -> Self {
         let names = names.iter().map(|(value, name)| (*value, name.as_str())).collect();
-        Body { program, operations, uses, names }
+        StatementWriter { program, operations, uses, names }
     }
 
     pub(super) fn statements(&self) -> Statements {
         let mut statements = Vec::new();
-        let mut pieces: BTreeMap<ValueId, Piece> = BTreeMap::new();
+        let mut pieces: BTreeMap<ValueId, CodeFragment> = BTreeMap::new();
         for (i, operation) in self.operations.iter().enumerate() {
             let value = ValueId(i as u32);
             let piece = piece_of(*operation, &pieces);
             let name = match operation {
-                Operation::Constant(_)
-                | Operation::Time
-                | Operation::LoadSwept(..)
-                | Operation::LoadRound(..)
-                | Operation::Counter
-                | Operation::Round => None,
-                Operation::Load(argument, index) => self.load_name(*argument, *index as usize),
+                ProgramOperation::Constant(_)
+                | ProgramOperation::Time
+                | ProgramOperation::LoadSwept(..)
+                | ProgramOperation::LoadRound(..)
+                | ProgramOperation::Counter
+                | ProgramOperation::Round => None,
+                ProgramOperation::Load(argument, index) => {
+                    self.load_name(*argument, *index as usize)
+                }
                 _ => match self.names.get(&value) {
                     Some(name) => Some(identifier(name)),
                     None if self.uses[i] > 1 || piece.depth > DEEPEST_PIECE => {
@@ -293,7 +299,7 @@ impl<'a> Body<'a> {
                 Some(name) => {
                     let tokens = piece.tokens;
                     statements.push(quote!(let #name = #tokens;));
-                    Piece::atom(quote!(#name))
+                    CodeFragment::atom(quote!(#name))
                 }
             };
             pieces.insert(value, piece);
@@ -305,35 +311,35 @@ impl<'a> Body<'a> {
     fn input_name(&self, index: usize) -> Ident {
         let signature = &self.program.signature;
         let Signature { inputs, delayed_inputs, .. } = signature;
-        let input_name = |late: usize| &inputs[delayed_inputs[late].input].name;
+        let input_name = |delayed: usize| &inputs[delayed_inputs[delayed].input].name;
         if let Some(past) = index.checked_sub(signature.past().first) {
             return format_ident!("_past_{}", past);
         }
         match index.checked_sub(inputs.len()) {
             None => identifier(&inputs[index].name),
-            Some(late) => match late.checked_sub(delayed_inputs.len()) {
-                None => format_ident!("_{}_late_{}", input_name(late), late),
-                Some(late) => format_ident!("_{}_late_{}_slope", input_name(late), late),
+            Some(delayed) => match delayed.checked_sub(delayed_inputs.len()) {
+                None => format_ident!("_{}_late_{}", input_name(delayed), delayed),
+                Some(delayed) => format_ident!("_{}_late_{}_slope", input_name(delayed), delayed),
             },
         }
     }
 
     /// Name of the variable that holds a number of an argument.
-    fn load_name(&self, argument: Argument, index: usize) -> Option<Ident> {
+    fn load_name(&self, argument: FunctionArgument, index: usize) -> Option<Ident> {
         match argument {
-            Argument::Y => {
+            FunctionArgument::Y => {
                 let single = &self.program.signature.unknowns.single;
                 single.get(index).map(|unknown| identifier(&unknown.name))
             }
-            Argument::U => Some(self.input_name(index)),
-            Argument::P => Some(identifier(&self.program.signature.parameters[index].name)),
-            Argument::Udot | Argument::S | Argument::Z => None,
+            FunctionArgument::U => Some(self.input_name(index)),
+            FunctionArgument::P => Some(identifier(&self.program.signature.parameters[index].name)),
+            FunctionArgument::Udot | FunctionArgument::S | FunctionArgument::Z => None,
         }
     }
 }
 
 /// How often each value is an operand.
-fn uses(operations: &[Operation]) -> Vec<u32> {
+fn uses(operations: &[ProgramOperation]) -> Vec<u32> {
     let mut uses = vec![0; operations.len()];
     for operand in operations.iter().flat_map(|operation| operation.operands()) {
         uses[operand.index()] += 1;
@@ -342,57 +348,71 @@ fn uses(operations: &[Operation]) -> Vec<u32> {
 }
 
 /// Code for an operation on pieces.
-pub(super) fn piece_of(operation: Operation, pieces: &BTreeMap<ValueId, Piece>) -> Piece {
+pub(super) fn piece_of(
+    operation: ProgramOperation,
+    pieces: &BTreeMap<ValueId, CodeFragment>,
+) -> CodeFragment {
     let depth = operation.operands().map(|v| pieces[&v].depth + 1).max().unwrap_or(0);
     let infix = |a: ValueId, operator: TokenStream, b: ValueId, own, right| {
         let (a, b) = (pieces[&a].at_least(own), pieces[&b].at_least(right));
-        Piece { tokens: quote!(#a #operator #b), tightness: own, depth }
+        CodeFragment { tokens: quote!(#a #operator #b), tightness: own, depth }
     };
     let any = |value: ValueId| &pieces[&value].tokens;
-    let atom = |tokens| Piece { tokens, tightness: Tightness::Atom, depth };
+    let atom = |tokens| CodeFragment { tokens, tightness: TokenPrecedence::Atom, depth };
     match operation {
-        Operation::Constant(value) => {
-            let tightness =
-                if value.is_sign_negative() { Tightness::Unary } else { Tightness::Atom };
-            Piece { tokens: number(value), tightness, depth }
+        ProgramOperation::Constant(value) => {
+            let tightness = if value.is_sign_negative() {
+                TokenPrecedence::Unary
+            } else {
+                TokenPrecedence::Atom
+            };
+            CodeFragment { tokens: number(value), tightness, depth }
         }
-        Operation::Time => atom(quote!(_at.t)),
-        Operation::Load(argument, index) => {
+        ProgramOperation::Time => atom(quote!(_at.t)),
+        ProgramOperation::Load(argument, index) => {
             let (array, index) = (array(argument), super::index(index as usize));
             atom(quote!(#array[#index]))
         }
-        Operation::LoadSwept(argument, Place { first, by_round })
-        | Operation::LoadRound(argument, Place { first, by_round }) => {
-            let by_passage = matches!(operation, Operation::LoadSwept(..));
+        ProgramOperation::LoadSwept(argument, StridedPosition { first, by_round })
+        | ProgramOperation::LoadRound(argument, StridedPosition { first, by_round }) => {
+            let by_passage = matches!(operation, ProgramOperation::LoadSwept(..));
             let position = loops::place(first as usize, by_round as isize, by_passage);
             let array = array(argument);
             atom(quote!(#array[#position]))
         }
-        Operation::Counter => atom(quote!((_k as f64))),
-        Operation::Round => atom(quote!((_r as f64))),
-        Operation::Negate(a) => {
-            let a = pieces[&a].at_least(Tightness::Atom);
-            Piece { tokens: quote!(-#a), tightness: Tightness::Unary, depth }
+        ProgramOperation::Counter => atom(quote!((_k as f64))),
+        ProgramOperation::Round => atom(quote!((_r as f64))),
+        ProgramOperation::Negate(a) => {
+            let a = pieces[&a].at_least(TokenPrecedence::Atom);
+            CodeFragment { tokens: quote!(-#a), tightness: TokenPrecedence::Unary, depth }
         }
-        Operation::Add(a, b) => infix(a, quote!(+), b, Tightness::Sum, Tightness::Product),
-        Operation::Subtract(a, b) => infix(a, quote!(-), b, Tightness::Sum, Tightness::Product),
-        Operation::Multiply(a, b) => infix(a, quote!(*), b, Tightness::Product, Tightness::Unary),
-        Operation::Divide(a, b) => infix(a, quote!(/), b, Tightness::Product, Tightness::Unary),
-        Operation::Call1(f, a) => {
+        ProgramOperation::Add(a, b) => {
+            infix(a, quote!(+), b, TokenPrecedence::Sum, TokenPrecedence::Product)
+        }
+        ProgramOperation::Subtract(a, b) => {
+            infix(a, quote!(-), b, TokenPrecedence::Sum, TokenPrecedence::Product)
+        }
+        ProgramOperation::Multiply(a, b) => {
+            infix(a, quote!(*), b, TokenPrecedence::Product, TokenPrecedence::Unary)
+        }
+        ProgramOperation::Divide(a, b) => {
+            infix(a, quote!(/), b, TokenPrecedence::Product, TokenPrecedence::Unary)
+        }
+        ProgramOperation::Call1(f, a) => {
             let path = rust_path(f.get().definition.rust_path());
             let a = any(a);
             atom(quote!(#path(#a)))
         }
-        Operation::Call2(f, a, b) => {
+        ProgramOperation::Call2(f, a, b) => {
             let path = rust_path(f.get().definition.rust_path());
             let (a, b) = (any(a), any(b));
             atom(quote!(#path(#a, #b)))
         }
-        Operation::Curve(curve, a) => {
+        ProgramOperation::Curve(curve, a) => {
             let (name, a) = (curves::name(curve), any(a));
             atom(quote!(#name.value(#a)))
         }
-        Operation::Compare(comparison, a, b) => {
+        ProgramOperation::Compare(comparison, a, b) => {
             let (a, b) = (any(a), any(b));
             let operator = match comparison {
                 Comparison::Less => quote!(<),
@@ -402,31 +422,36 @@ pub(super) fn piece_of(operation: Operation, pieces: &BTreeMap<ValueId, Piece>) 
             };
             atom(quote!((#a #operator #b)))
         }
-        Operation::And(a, b) => {
+        ProgramOperation::And(a, b) => {
             let (a, b) = (any(a), any(b));
             atom(quote!((#a && #b)))
         }
-        Operation::Or(a, b) => {
+        ProgramOperation::Or(a, b) => {
             let (a, b) = (any(a), any(b));
             atom(quote!((#a || #b)))
         }
-        Operation::Not(a) => {
-            let a = pieces[&a].at_least(Tightness::Atom);
-            Piece { tokens: quote!(!#a), tightness: Tightness::Unary, depth }
+        ProgramOperation::Not(a) => {
+            let a = pieces[&a].at_least(TokenPrecedence::Atom);
+            CodeFragment { tokens: quote!(!#a), tightness: TokenPrecedence::Unary, depth }
         }
-        Operation::Select(c, a, b) => {
+        ProgramOperation::Select(c, a, b) => {
             let (c, a, b) = (any(c), any(a), any(b));
-            Piece { tokens: quote!(if #c { #a } else { #b }), tightness: Tightness::Any, depth }
+            CodeFragment {
+                tokens: quote!(if #c { #a } else { #b }),
+                tightness: TokenPrecedence::Any,
+                depth,
+            }
         }
     }
 }
 
-impl Definition {
+impl IntrinsicDefinition {
     /// The function that generated code calls.
     fn rust_path(&self) -> &'static str {
         match self {
-            Definition::One { rust_path, .. } | Definition::Two { rust_path, .. } => rust_path,
-            Definition::Expansion(..) => {
+            IntrinsicDefinition::One { rust_path, .. }
+            | IntrinsicDefinition::Two { rust_path, .. } => rust_path,
+            IntrinsicDefinition::Expansion(..) => {
                 unreachable!("an expansion is expanded before it is called")
             }
         }

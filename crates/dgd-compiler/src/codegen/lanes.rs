@@ -6,7 +6,7 @@ use quote::quote;
 use super::index;
 use crate::program::Program;
 
-/// Methods of `Solved` for ensembles; none for models with discrete numbers, which ensembles do not support.
+/// Methods of `SolvableSystem` for ensembles; none for models with discrete numbers, which ensembles do not support.
 pub(super) fn methods(program: &Program) -> TokenStream {
     let signature = &program.signature;
     if !signature.discrete.is_empty() {

@@ -7,18 +7,20 @@ use quote::{format_ident, quote};
 
 use dgd_signature::arrays::{Array, Family};
 
-use super::function::{DEEPEST_PIECE, Piece, doc_of_row, piece_of};
+use super::function::{CodeFragment, DEEPEST_PIECE, doc_of_row, piece_of};
 use super::index;
-use crate::program::{Function, FunctionKind, Loop, Operation, Program, Store, ValueId};
-use crate::source::Sources;
+use crate::program::{
+    FunctionKind, Loop, LoopStore, Program, ProgramFunction, ProgramOperation, ValueId,
+};
+use crate::source::SourceMap;
 
 /// Writes all results; `pieces` are those of the function's body.
 pub(super) fn writes(
     program: &Program,
-    function: &Function,
+    function: &ProgramFunction,
     results: &[Ident],
-    pieces: &mut BTreeMap<ValueId, Piece>,
-    sources: &Sources,
+    pieces: &mut BTreeMap<ValueId, CodeFragment>,
+    sources: &SourceMap,
 ) -> TokenStream {
     let is_rhs = function.kind == FunctionKind::Rhs;
     let mut out = TokenStream::new();
@@ -39,7 +41,7 @@ pub(super) fn writes(
     }
     for part in &function.loops {
         let (head, body) = statements(part, function.body.len(), pieces);
-        let stores = part.stores.iter().map(|Store { result, first, by_round, value }| {
+        let stores = part.stores.iter().map(|LoopStore { result, first, by_round, value }| {
             let (name, at) = (&results[*result], place(*first, *by_round, part.count > 1));
             let value = &pieces[value].tokens;
             if is_rhs {
@@ -88,7 +90,7 @@ pub(super) fn place(first: usize, by_round: isize, by_passage: bool) -> TokenStr
 fn statements(
     part: &Loop,
     begin: usize,
-    pieces: &mut BTreeMap<ValueId, Piece>,
+    pieces: &mut BTreeMap<ValueId, CodeFragment>,
 ) -> (Vec<TokenStream>, Vec<TokenStream>) {
     let head = part.head.len();
     let mut uses = vec![0_u32; head + part.body.len()];
@@ -113,11 +115,11 @@ fn statements(
         }
         let value = ValueId((begin + i) as u32);
         let mut piece = piece_of(*operation, pieces);
-        let is_leaf = matches!(operation, Operation::Counter | Operation::Round);
+        let is_leaf = matches!(operation, ProgramOperation::Counter | ProgramOperation::Round);
         if !is_leaf && (uses[i] > 1 || piece.depth > DEEPEST_PIECE) {
             let (name, tokens) = (format_ident!("_v{}", value.0), piece.tokens);
             statements.push(quote!(let #name = #tokens;));
-            piece = Piece::atom(quote!(#name));
+            piece = CodeFragment::atom(quote!(#name));
         }
         pieces.insert(value, piece);
     }
@@ -132,7 +134,7 @@ pub(super) fn family_doc(
     program: &Program,
     row: usize,
     in_rounds: bool,
-    sources: &Sources,
+    sources: &SourceMap,
 ) -> String {
     let unknowns = &program.signature.unknowns;
     let mut rows = unknowns.families.iter().zip(&program.source.families);

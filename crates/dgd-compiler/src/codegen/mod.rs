@@ -17,7 +17,7 @@ use quote::quote;
 use dgd_signature::Features;
 
 use crate::program::Program;
-use crate::source::Sources;
+use crate::source::SourceMap;
 
 /// Models with at most this many unknowns, and this many sensitivities, keep their numbers in arrays on the stack. A
 /// solver keeps about thirty arrays of sensitivities: 120 kB at most.
@@ -25,7 +25,7 @@ const MOST_UNKNOWNS_ON_STACK: usize = 24;
 const MOST_SENSITIVITIES_ON_STACK: usize = 512;
 
 /// The module of a program under this name; `sources` are its source files.
-pub fn generate(program: &Program, module: &str, sources: &Sources) -> TokenStream {
+pub fn generate(program: &Program, module: &str, sources: &SourceMap) -> TokenStream {
     let module = identifier(module);
     let doc = doc_attributes(&program.source.doc);
     let structs = fields::structs(program);
@@ -51,7 +51,7 @@ pub fn generate(program: &Program, module: &str, sources: &Sources) -> TokenStre
     }
 }
 
-fn system_impl(program: &Program, sources: &Sources) -> TokenStream {
+fn system_impl(program: &Program, sources: &SourceMap) -> TokenStream {
     let n = program.n();
     let n_s = program.signature.directions.len();
     let on_stack = n <= MOST_UNKNOWNS_ON_STACK && n * n_s <= MOST_SENSITIVITIES_ON_STACK;
@@ -116,14 +116,14 @@ fn system_impl(program: &Program, sources: &Sources) -> TokenStream {
         }
 
         #[automatically_derived]
-        impl ::dgd::__runtime::Solved for Model {
+        impl ::dgd::__runtime::SolvableSystem for Model {
             type Factorisation = #factorisation;
 
             fn integrate(
                 problem: &::dgd::__runtime::Problem<'_, Self>,
                 times: &[f64],
                 options: &::dgd::__runtime::Options,
-                wanted: ::dgd::__runtime::Wanted<'_>,
+                wanted: ::dgd::__runtime::WantedResults<'_>,
             ) -> ::core::result::Result<::dgd::__runtime::Solution, ::dgd::__runtime::Failure> {
                 ::dgd::__runtime::integrate::integrate(problem, times, options, wanted)
             }

@@ -2,9 +2,7 @@
 //!
 //! Every item is the literal of the value of the same name in `dgd-signature`.
 
-use std::fmt::Debug;
-
-use dgd_signature::arrays::{Array, Family, OutputArray, Run};
+use dgd_signature::arrays::{Array, Family, OutputArray, PatternRun};
 use dgd_signature::{
     Automaton, Clock, DelayedInput, DelayedUnknown, Density, DifferentiatedInput, Direction,
     Discrete, Distribution, ExactTicks, Formulas, Input, Operation, Output, Parameter, Pattern,
@@ -143,7 +141,7 @@ fn parameter(of: &Parameter) -> TokenStream {
 
 fn input(of: &Input) -> TokenStream {
     let Input { name, unit: declared, interpolation } = of;
-    let (unit, interpolation) = (unit(declared), variant(interpolation));
+    let (unit, interpolation) = (unit(declared), ident(interpolation.ident()));
     quote! {
         Input {
             name: Text::Borrowed(#name),
@@ -264,10 +262,10 @@ fn arrays(program: &Program) -> TokenStream {
     let runs = RUNS.map(|kind| {
         let runs = program.pattern(kind).into_iter().flat_map(|pattern| pattern.runs.iter());
         let runs = runs.map(|run| {
-            let Run { row, column, diagonal, count } = *run;
+            let PatternRun { row, column, diagonal, count } = *run;
             let [row, column, count] = [row, column, count].map(index);
             quote! {
-                Run {
+                PatternRun {
                     row: #row,
                     column: #column,
                     diagonal: #diagonal,
@@ -293,7 +291,7 @@ fn discrete(of: &Discrete, program: &Program) -> TokenStream {
     }
     let automata = of.automata.iter().map(|automaton| {
         let Automaton { kind, name, modes, start, transitions } = automaton;
-        let (kind, start) = (variant(kind), index(*start));
+        let (kind, start) = (ident(kind.ident()), index(*start));
         let modes = modes.iter();
         let transitions = transitions.iter().map(transition);
         quote! {
@@ -371,7 +369,7 @@ fn formulas(of: &Formulas, program: &Program) -> TokenStream {
             quote!(Call2(#name, #a, #b))
         }
         Operation::Curve(_, a) => {
-            let program::Operation::Curve(curve, _) = own else {
+            let program::ProgramOperation::Curve(curve, _) = own else {
                 unreachable!("data and function have the same operations")
             };
             let (curve, a) = (curves::name(*curve), literal(a));
@@ -404,17 +402,15 @@ fn formulas(of: &Formulas, program: &Program) -> TokenStream {
     }
 }
 
-/// A variant whose `Debug` begins with its name.
-fn named(of: &Operation, positions: &[Literal]) -> TokenStream {
-    let text = format!("{of:?}");
-    let name = Ident::new(text.split('(').next().unwrap_or_default(), Span::call_site());
+fn named(operation: &Operation, positions: &[Literal]) -> TokenStream {
+    let name = ident(operation.ident());
     quote!(#name(#(#positions),*))
 }
 
 fn transition(of: &Transition) -> TokenStream {
     let Transition { from, to, crossing, trigger, resets } = of;
     let [from, to] = [*from, *to].map(index);
-    let (crossing, trigger) = (variant(crossing), variant(trigger));
+    let (crossing, trigger) = (ident(crossing.ident()), ident(trigger.ident()));
     let resets = resets.iter().map(|unknown| index(*unknown));
     quote! {
         Transition {
@@ -438,9 +434,8 @@ fn pattern(of: &Pattern) -> TokenStream {
     quote!(Pattern::single(&[#(#rows),*], &[#(#columns),*]))
 }
 
-/// The name of a variant without fields, as in its `Debug` output.
-fn variant(of: &impl Debug) -> Ident {
-    Ident::new(&format!("{of:?}"), Span::call_site())
+fn ident(name: &str) -> Ident {
+    Ident::new(name, Span::call_site())
 }
 
 fn optional(value: Option<f64>) -> TokenStream {

@@ -8,10 +8,11 @@
 use proc_macro2::{Ident, Span, TokenStream};
 use quote::{format_ident, quote};
 
-use super::function::{Body, Piece, Statements, bind_arrays_of};
+use super::function::{CodeFragment, StatementWriter, Statements, bind_arrays_of};
 use super::index;
 use crate::program::{
-    Argument, Entry, Factor, NoTaylor, Operation, Program, Recurrence, Series, ValueId,
+    ConstantFactor, FunctionArgument, MatrixEntry, NoTaylor, Program, ProgramOperation, Recurrence,
+    SharedSeries, ValueId,
 };
 
 /// `taylor_series`, `taylor` and `sensitivity_taylor`.
@@ -25,7 +26,10 @@ pub(super) fn methods(program: &Program) -> TokenStream {
                 NoTaylor::Arrays => quote!(Arrays),
                 NoTaylor::Functions => quote!(Functions),
             };
-            (quote!(::core::result::Result::Err(#path::NoTaylor::#reason)), TokenStream::new())
+            (
+                quote!(::core::result::Result::Err(#path::NoTaylorSeries::#reason)),
+                TokenStream::new(),
+            )
         }
         Ok(taylor) => {
             // Without unknowns there is nothing to compute.
@@ -40,10 +44,14 @@ pub(super) fn methods(program: &Program) -> TokenStream {
             });
             let mut functions = TokenStream::new();
             if has_unknowns {
-                functions.extend(method(program, &taylor.unknowns, Name::Taylor));
+                functions.extend(method(program, &taylor.unknowns, SeriesMethod::Taylor));
             }
             if has_unknowns && !program.signature.directions.is_empty() {
-                functions.extend(method(program, &taylor.sensitivities, Name::SensitivityTaylor));
+                functions.extend(method(
+                    program,
+                    &taylor.sensitivities,
+                    SeriesMethod::SensitivityTaylor,
+                ));
             }
             (quote!(::core::result::Result::Ok(#kept)), functions)
         }
@@ -52,7 +60,7 @@ pub(super) fn methods(program: &Program) -> TokenStream {
         #[inline]
         fn taylor_series(
             &self,
-        ) -> ::core::result::Result<#path::KeptSeries, #path::NoTaylor> {
+        ) -> ::core::result::Result<#path::KeptSeries, #path::NoTaylorSeries> {
             #series
         }
         #functions
@@ -61,29 +69,29 @@ pub(super) fn methods(program: &Program) -> TokenStream {
 
 /// The method that a series is written as.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Name {
+enum SeriesMethod {
     Taylor,
     SensitivityTaylor,
 }
 
-fn method(program: &Program, series: &Series, name: Name) -> TokenStream {
+fn method(program: &Program, series: &SharedSeries, name: SeriesMethod) -> TokenStream {
     let n = index(program.n());
     let n_s = index(program.signature.directions.len());
     let n_kept = index(series.n_kept());
-    let with_sensitivities = name == Name::SensitivityTaylor;
+    let with_sensitivities = name == SeriesMethod::SensitivityTaylor;
     let name = match name {
-        Name::Taylor => Ident::new("taylor", Span::call_site()),
-        Name::SensitivityTaylor => Ident::new("sensitivity_taylor", Span::call_site()),
+        SeriesMethod::Taylor => Ident::new("taylor", Span::call_site()),
+        SeriesMethod::SensitivityTaylor => Ident::new("sensitivity_taylor", Span::call_site()),
     };
     let slopes_of_inputs = series
         .recurrences
         .iter()
         .flatten()
         .any(|recurrence| matches!(recurrence, Recurrence::Input(_)))
-        .then_some(Operation::Load(Argument::Udot, 0));
+        .then_some(ProgramOperation::Load(FunctionArgument::Udot, 0));
     let arrays = bind_arrays_of(program, series.body.iter().chain(&slopes_of_inputs));
     let keeps = (0..series.n_kept()).map(|own| format_ident!("_c{}", own));
-    let code = Code { program, series, with_sensitivities };
+    let code = SeriesCode { program, series, with_sensitivities };
     let beginning = code.beginning();
     let continuation = code.continuation();
     let (s, s_rows, g, s_next) = if with_sensitivities {
@@ -104,11 +112,11 @@ fn method(program: &Program, series: &Series, name: Name) -> TokenStream {
         #[inline]
         fn #name(
             &self,
-            _at: ::dgd::__runtime::Point<'_>,
+            _at: ::dgd::__runtime::EvaluationPoint<'_>,
             _udot: &[f64],
             _h: f64,
             _order: usize,
-            _kept: &mut [::dgd::__runtime::taylor::Terms],
+            _kept: &mut [::dgd::__runtime::taylor::SeriesTerms],
             _series: &mut [f64],
             #s
         ) {
@@ -132,13 +140,13 @@ fn method(program: &Program, series: &Series, name: Name) -> TokenStream {
     }
 }
 
-struct Code<'a> {
+struct SeriesCode<'a> {
     program: &'a Program,
-    series: &'a Series,
+    series: &'a SharedSeries,
     with_sensitivities: bool,
 }
 
-impl Code<'_> {
+impl SeriesCode<'_> {
     /// Initial values and slopes.
     fn beginning(&self) -> TokenStream {
         let series = self.series;
@@ -147,10 +155,10 @@ impl Code<'_> {
             (0u32..).zip(&series.kept).filter_map(|(value, own)| own.map(|_| ValueId(value)));
         let entries = series.jacobian.iter().map(|entry| entry.value);
         let read = constants.iter().copied().chain(kept).chain(entries);
-        let body = Body::of_series(self.program, series, read);
+        let body = StatementWriter::of_series(self.program, series, read);
         let Statements { statements, pieces } = body.statements();
         let value = |value: ValueId| {
-            let Piece { tokens, .. } = &pieces[&value];
+            let CodeFragment { tokens, .. } = &pieces[&value];
             tokens.clone()
         };
         let keeps = self.keeps(&value);
@@ -228,15 +236,15 @@ impl Code<'_> {
     fn slopes_of_sensitivities(
         &self,
         value: &dyn Fn(ValueId) -> TokenStream,
-        add: impl Fn(&Entry) -> TokenStream,
-        counts: impl Fn(&Entry) -> bool,
+        add: impl Fn(&MatrixEntry) -> TokenStream,
+        counts: impl Fn(&MatrixEntry) -> bool,
     ) -> TokenStream {
         if !self.with_sensitivities {
             return TokenStream::new();
         }
         let n_s = index(self.program.signature.directions.len());
         let rows = (0..self.program.n()).map(|row| {
-            let of_row = |entry: &&Entry| entry.row == row;
+            let of_row = |entry: &&MatrixEntry| entry.row == row;
             let products = self.series.jacobian.iter().filter(of_row).map(&add);
             let directions = self.series.directions.iter().filter(of_row).filter(|e| counts(e));
             let directions = directions.map(|entry| {
@@ -275,10 +283,10 @@ impl Code<'_> {
             let value = moving_name(*value);
             let is_first = position == 0;
             sum.extend(match factor {
-                Factor::One if is_first => quote!(#value),
-                Factor::One => quote!(+ #value),
-                Factor::MinusOne => quote!(- #value),
-                Factor::Of(factor) => {
+                ConstantFactor::One if is_first => quote!(#value),
+                ConstantFactor::One => quote!(+ #value),
+                ConstantFactor::MinusOne => quote!(- #value),
+                ConstantFactor::Of(factor) => {
                     let factor = fixed_name(*factor);
                     if is_first { quote!(#factor * #value) } else { quote!(+ #factor * #value) }
                 }

@@ -3,19 +3,19 @@
 use std::borrow::Cow;
 use std::collections::{BTreeMap, BTreeSet};
 
-use super::families::{self, Origins};
+use super::families::{self, RowOrigins};
 use super::hybrid::saturate::{n_automata, saturate};
 use super::hybrid::switches;
-use super::index::{Selections, Systems};
-use super::rates::{Varying, take_slopes};
+use super::index::{ModeSystems, StateSelections};
+use super::rates::{VaryingQuantities, take_slopes};
 use super::readers::DerivativeReader;
 use super::renumber::renumber;
 use super::rest;
 use super::start_equations;
 use super::transfer::transfer;
 use super::{Dae, Impulses, delays};
-use crate::diagnostics::{Diagnostics, Reported};
-use crate::expr::{ExprId, Graph};
+use crate::diagnostics::{Diagnostics, ErrorReported};
+use crate::expr::{ExprGraph, ExprId};
 use crate::model::Model;
 
 /// Index reduction writes out at most this many elements of arrays.
@@ -28,8 +28,8 @@ const MOST_WRITTEN_OUT: usize = 2_000;
 ///
 /// # Errors
 ///
-/// [`Reported`] if equations and unknowns do not match, or the index cannot be reduced to 1.
-pub fn assemble(model: &Model, diagnostics: &mut Diagnostics) -> Result<Dae, Reported> {
+/// [`ErrorReported`] if equations and unknowns do not match, or the index cannot be reduced to 1.
+pub fn assemble(model: &Model, diagnostics: &mut Diagnostics) -> Result<Dae, ErrorReported> {
     let mut model = Cow::Borrowed(model);
     loop {
         // Arrays that index reduction would have to take apart.
@@ -53,8 +53,8 @@ fn assemble_as_it_is(
     model: &Model,
     tied: &mut BTreeSet<usize>,
     diagnostics: &mut Diagnostics,
-) -> Result<Dae, Reported> {
-    let mut graph = Graph::default();
+) -> Result<Dae, ErrorReported> {
+    let mut graph = ExprGraph::default();
     // After this: no delay that may jump by itself. It is an unknown whose equation has the events.
     let (model, lags) = delays::with_lags(model);
     let model = &*model;
@@ -68,9 +68,9 @@ fn assemble_as_it_is(
         transferred.take_time_conditions(&mut graph, n_automata(model));
     // After this: no element of an array without an equation that determines it.
     let mut plan = families::plan(model, &mut graph, &transferred, tied, diagnostics)?;
-    let origins = Origins::of(model, &transferred);
+    let origins = RowOrigins::from_model(model, &transferred);
     // After this: no implicit derivatives and no index above 1, in any combination of modes.
-    let mut systems = Systems::reduced(
+    let mut systems = ModeSystems::reduced(
         model,
         &mut graph,
         &mut transferred,
@@ -81,7 +81,7 @@ fn assemble_as_it_is(
     )?;
     let differentiated_inputs = systems.differentiated_inputs(&transferred.equations);
     // After this: no constraint without a selection of its states.
-    let selections = Selections::of(&systems.explicit);
+    let selections = StateSelections::from_systems(&systems.explicit);
     let conditions = &mut time_conditions;
     renumber(
         &mut graph,
@@ -108,7 +108,7 @@ fn assemble_as_it_is(
     automata.extend(selecting);
     diagnostics.check()?;
     // After this: no unknown beyond its bounds.
-    let varying = Varying { model, delayed: &delays.inputs };
+    let varying = VaryingQuantities { model, delayed: &delays.inputs };
     let mut families = families::families(&mut graph, &plan, &origins);
     let bounds = &transferred.bounds;
     saturate(&mut graph, varying, bounds, &mut unknowns, &mut families, &mut automata);
@@ -150,7 +150,7 @@ fn declared(model: &Model) -> Dae {
     Dae {
         name: model.name.clone(),
         doc: model.doc.clone(),
-        graph: Graph::default(),
+        graph: ExprGraph::default(),
         unknowns: Vec::new(),
         arrays: Vec::new(),
         families: Vec::new(),

@@ -20,8 +20,8 @@ mod transfer;
 
 use std::collections::BTreeMap;
 
-use crate::expr::{ExprId, Graph, Symbol};
-use crate::model::{Declared, Density, Input, Parameter, Smoothness, Variant};
+use crate::expr::{ExprGraph, ExprId, Symbol};
+use crate::model::{DeclarationHeader, Density, Input, Parameter, Smoothness, Variant};
 use crate::source::Span;
 use crate::units::Unit;
 
@@ -52,13 +52,13 @@ pub struct Dae {
     /// The model's doc comment.
     pub doc: Vec<String>,
     /// All expressions.
-    pub graph: Graph,
+    pub graph: ExprGraph,
     /// Unknowns and their rows, as declared, then those that were added.
-    pub unknowns: Vec<Unknown>,
+    pub unknowns: Vec<DaeUnknown>,
     /// Arrays of unknowns, after the single ones.
-    pub arrays: Vec<Array>,
+    pub arrays: Vec<DaeArray>,
     /// Their rows, ascending; together they are one row for each element.
-    pub families: Vec<Family>,
+    pub families: Vec<DaeFamily>,
     /// Parameters, as declared.
     pub parameters: Vec<Parameter>,
     /// Smoothness of tables, from `smooth`.
@@ -72,25 +72,25 @@ pub struct Dae {
     /// Inputs u after the declared ones: delayed copies of declared inputs.
     pub delayed_inputs: Vec<DelayedInput>,
     /// Delayed unknowns in equations.
-    pub delayed_unknowns: Vec<DelayedUnknown>,
+    pub delayed_unknowns: Vec<DaeDelayedUnknown>,
     /// Inputs through which equations are differentiated: they must not jump.
     pub differentiated_inputs: Vec<DifferentiatedInput>,
     /// Whether a run begins at rest.
     pub starts_at_rest: bool,
     /// Equations that hold at the start in addition to the others.
-    pub start_equations: Vec<StartEquation>,
+    pub start_equations: Vec<DaeStartEquation>,
     /// Outputs; their values are expressions of `graph`.
-    pub outputs: Vec<Output>,
+    pub outputs: Vec<DaeOutput>,
     /// Distributions of the readings for which `noise` is more than a number.
     pub densities: Vec<Density>,
     /// Outputs for each element of an array, after the others.
-    pub output_arrays: Vec<OutputArray>,
+    pub output_arrays: Vec<DaeOutputArray>,
     /// Names that the model gives to expressions.
     pub names: BTreeMap<ExprId, String>,
     /// Chosen variants.
     pub variants: Vec<Variant>,
     /// `modes` blocks, `when`s and saturations; the mode of the k-th is the k-th discrete number.
-    pub automata: Vec<Automaton>,
+    pub automata: Vec<DaeAutomaton>,
     /// Jumps on entering modes.
     pub impulses: Impulses,
     /// Conditions on time; their discrete numbers follow those of the modes.
@@ -104,7 +104,7 @@ pub struct Dae {
 /// A `modes` block, or anything else that changes at events. Its equations are merged into the rows, so only its
 /// transitions are left.
 #[derive(Debug, Clone)]
-pub struct Automaton {
+pub struct DaeAutomaton {
     /// Its origin.
     pub kind: AutomatonKind,
     /// Its name.
@@ -114,12 +114,12 @@ pub struct Automaton {
     /// The mode it starts in.
     pub start: usize,
     /// Its transitions.
-    pub transitions: Vec<Transition>,
+    pub transitions: Vec<DaeTransition>,
 }
 
 /// A transition between modes, when the event function passes zero.
 #[derive(Debug, Clone)]
-pub struct Transition {
+pub struct DaeTransition {
     /// Position of the mode that it leaves.
     pub from: usize,
     /// Position of the mode that it enters.
@@ -152,7 +152,7 @@ pub struct Impulses {
 
 impl Impulses {
     /// Adds unknowns without an impulse, up to this number; nothing if there are no jumps.
-    fn pad(&mut self, graph: &mut Graph, n: usize) {
+    fn pad(&mut self, graph: &mut ExprGraph, n: usize) {
         if self.kinds.is_empty() {
             return;
         }
@@ -192,7 +192,7 @@ pub struct TimeCondition {
 
 /// 0 = r, which holds at the start and determines a start value.
 #[derive(Debug, Clone)]
-pub struct StartEquation {
+pub struct DaeStartEquation {
     /// Its label.
     pub name: String,
     /// Its place.
@@ -214,7 +214,7 @@ pub struct Delay {
 
 /// An unknown x(t − τ).
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct DelayedUnknown {
+pub struct DaeDelayedUnknown {
     /// The unknown x.
     pub unknown: Symbol,
     /// Position of τ among the delays, or among those that vary.
@@ -225,9 +225,9 @@ pub struct DelayedUnknown {
 
 /// An output w(t) = E(t − τ).
 #[derive(Debug, Clone)]
-pub struct Output {
+pub struct DaeOutput {
     /// Name, place, unit, doc.
-    pub declared: Declared,
+    pub declared: DeclarationHeader,
     /// E.
     pub value: ExprId,
     /// Standard deviation of the sensor's white noise, SI.
@@ -238,9 +238,9 @@ pub struct Output {
 
 /// Outputs wᵢ = y₍first + i₎.
 #[derive(Debug, Clone)]
-pub struct OutputArray {
+pub struct DaeOutputArray {
     /// Name, place, unit, doc of the whole array.
-    pub declared: Declared,
+    pub declared: DeclarationHeader,
     /// Index of the first.
     pub lower: i64,
     /// Position of the first unknown.
@@ -251,7 +251,7 @@ pub struct OutputArray {
     pub noise: Option<f64>,
 }
 
-impl OutputArray {
+impl DaeOutputArray {
     /// Names of the outputs.
     pub fn names(&self) -> impl Iterator<Item = String> + '_ {
         let index = |i: u32| self.lower + i64::from(i);
@@ -261,7 +261,7 @@ impl OutputArray {
 
 /// An unknown and its row.
 #[derive(Debug, Clone)]
-pub struct Unknown {
+pub struct DaeUnknown {
     /// Its name.
     pub name: String,
     /// Its unit.
@@ -290,7 +290,7 @@ pub struct Unknown {
 
 /// An array of unknowns.
 #[derive(Debug, Clone)]
-pub struct Array {
+pub struct DaeArray {
     /// Its name.
     pub name: String,
     /// Unit of its elements.
@@ -314,7 +314,7 @@ pub struct Array {
 /// Rows of consecutive elements with one expression. Symbols that move from row to row are
 /// [`crate::expr::Symbol::Swept`] and [`crate::expr::Symbol::Counter`]; a family of one row contains neither.
 #[derive(Debug, Clone)]
-pub struct Family {
+pub struct DaeFamily {
     /// Position of the first element among all unknowns.
     pub first: usize,
     /// Number of rows.
@@ -333,17 +333,17 @@ pub struct Family {
     pub span: Span,
 }
 
-impl Array {
+impl DaeArray {
     /// Name of an element.
     pub fn element_name(&self, offset: u32) -> String {
         format!("{}[{}]", self.name, self.lower + i64::from(offset))
     }
 }
 
-impl Family {
+impl DaeFamily {
     /// Some of its rows, with their expression.
-    fn piece(&self, from: u32, count: u32, rhs: ExprId) -> Family {
-        Family {
+    fn piece(&self, from: u32, count: u32, rhs: ExprId) -> DaeFamily {
+        DaeFamily {
             first: self.first + from as usize,
             count,
             rhs,
@@ -376,9 +376,9 @@ impl Dae {
     pub fn is_static(&self) -> bool {
         let moves = self.unknowns.iter().any(|unknown| unknown.differential)
             || self.families.iter().any(|family| self.graph.value(family.mass) != Some(0.0));
-        let late = self.delays.len() + self.varying_delays.len();
+        let n_delays = self.delays.len() + self.varying_delays.len();
         !moves
-            && late == 0
+            && n_delays == 0
             && !self.automata.iter().any(|automaton| automaton.kind.is_declared())
             && !self.graph.has_symbol(Symbol::Time)
     }
@@ -390,7 +390,7 @@ impl Dae {
     }
 
     /// Visits all expressions that may depend on more than parameters.
-    fn each_expression(&mut self, visit: &mut dyn FnMut(&mut Graph, &mut ExprId)) {
+    fn each_expression(&mut self, visit: &mut dyn FnMut(&mut ExprGraph, &mut ExprId)) {
         let graph = &mut self.graph;
         for unknown in &mut self.unknowns {
             visit(graph, &mut unknown.mass);
@@ -444,7 +444,7 @@ impl Dae {
         };
         let single = self.unknowns.iter().enumerate().filter(|(_, unknown)| is_it(&unknown.name));
         let single = single.map(|(i, _)| i);
-        let of_array = |array: &Array| -> Vec<usize> {
+        let of_array = |array: &DaeArray| -> Vec<usize> {
             // An array with several indices is one array for each row.
             let rest = array.name.strip_prefix(name);
             if rest.is_some_and(|rest| rest.is_empty() || rest.starts_with('[')) {
@@ -479,7 +479,7 @@ impl Dae {
     }
 
     /// The family of an element, and its row there.
-    pub(crate) fn family_of(&self, i: usize) -> Option<(&Family, u32)> {
+    pub(crate) fn family_of(&self, i: usize) -> Option<(&DaeFamily, u32)> {
         let after = self.families.partition_point(|family| family.first <= i);
         let family = &self.families[after.checked_sub(1)?];
         let row = u32::try_from(i - family.first).ok()?;
@@ -516,12 +516,12 @@ impl Dae {
         let name = |i: usize| &self.inputs[i].declared.name;
         match i.checked_sub(self.inputs.len()) {
             None => name(i).clone(),
-            Some(late) if late >= self.delayed_inputs.len() => {
-                let base = self.inputs.len() + late - self.delayed_inputs.len();
+            Some(position) if position >= self.delayed_inputs.len() => {
+                let base = self.inputs.len() + position - self.delayed_inputs.len();
                 format!("der({})", self.input_name(base))
             }
-            Some(late) => {
-                let DelayedInput { input, delay } = self.delayed_inputs[late];
+            Some(position) => {
+                let DelayedInput { input, delay } = self.delayed_inputs[position];
                 format!("delay({}, {})", name(input), self.delays[delay].text)
             }
         }
@@ -533,16 +533,16 @@ impl Dae {
     ///
     /// If there is no such delayed unknown.
     pub fn delayed_unknown_name(&self, i: usize) -> String {
-        self.name_of_late(i, &self.unknown_name(position(self.delayed_unknowns[i].unknown)))
+        self.name_of_delayed(i, &self.unknown_name(position(self.delayed_unknowns[i].unknown)))
     }
 
     /// Name of the i-th delayed unknown, given the name of the unknown.
-    fn name_of_late(&self, i: usize, name: &str) -> String {
+    fn name_of_delayed(&self, i: usize, name: &str) -> String {
         format!("delay({name}, {})", self.delay_of(self.delayed_unknowns[i]).text)
     }
 
     /// The delay of a delayed unknown.
-    pub fn delay_of(&self, delayed: DelayedUnknown) -> &Delay {
+    pub fn delay_of(&self, delayed: DaeDelayedUnknown) -> &Delay {
         let list = if delayed.varies { &self.varying_delays } else { &self.delays };
         &list[delayed.delay]
     }

@@ -1,39 +1,39 @@
 //! Combinations of modes: the systems of each, and the one system that they form together.
 
-use crate::diagnostics::{Code, Diagnostic, Diagnostics, Reported};
+use crate::diagnostics::{Code, Diagnostic, Diagnostics, ErrorReported};
 use crate::expr::graph::Comparison;
-use crate::expr::{ExprId, Graph, Symbol};
-use crate::model::{Model, Origin};
+use crate::expr::{ExprGraph, ExprId, Symbol};
+use crate::model::{AutomatonOrigin, Model};
 
 /// Every combination is matched separately, so their number is limited.
 const MOST_COMBINATIONS: usize = 4096;
 
 /// All combinations of the modes of some blocks, the last block's mode changing fastest.
 #[derive(Debug, Clone)]
-pub(super) struct Combinations {
+pub(super) struct ModeCombinations {
     /// Positions of the blocks among the automata, and their numbers of modes.
     blocks: Vec<(usize, usize)>,
     count: usize,
 }
 
-impl Combinations {
+impl ModeCombinations {
     /// The combinations of the modes of these automata; `None` if there are too many.
-    pub(super) fn of(model: &Model, automata: impl Iterator<Item = usize>) -> Option<Self> {
+    pub(super) fn enumerate(model: &Model, automata: impl Iterator<Item = usize>) -> Option<Self> {
         let blocks: Vec<(usize, usize)> =
             automata.map(|k| (k, model.automata[k].modes.len())).collect();
         let count =
             blocks.iter().try_fold(1_usize, |product, (_, size)| product.checked_mul(*size));
         let count = count.filter(|count| *count <= MOST_COMBINATIONS)?;
-        Some(Combinations { blocks, count })
+        Some(ModeCombinations { blocks, count })
     }
 
     /// Reports too many combinations.
-    pub(super) fn too_many(model: &Model, diagnostics: &mut Diagnostics) -> Reported {
+    pub(super) fn too_many(model: &Model, diagnostics: &mut Diagnostics) -> ErrorReported {
         let equations = model.all_equations().map(|equation| equation.span);
         let span = equations.last().unwrap_or_default();
         let message = format!("more than {MOST_COMBINATIONS} combinations of modes");
         diagnostics.error(
-            Diagnostic::new(Code::E409, span, message)
+            Diagnostic::new(Code::TooManyModes, span, message)
                 .here("the last block")
                 .help("put modes that change together into one `modes` block"),
         )
@@ -71,7 +71,7 @@ impl Combinations {
     /// One expression that equals, in every combination, the one given for it.
     ///
     /// Blocks that make no difference do not occur in it.
-    pub(super) fn merge(&self, graph: &mut Graph, mut values: Vec<ExprId>) -> ExprId {
+    pub(super) fn merge(&self, graph: &mut ExprGraph, mut values: Vec<ExprId>) -> ExprId {
         for (automaton, size) in self.blocks.iter().rev() {
             let chunks = values.chunks(*size);
             values = chunks.map(|modes| select(graph, *automaton, modes)).collect();
@@ -81,7 +81,7 @@ impl Combinations {
 }
 
 /// One expression that equals, in each mode of an automaton, the one given for it.
-pub(super) fn select(graph: &mut Graph, automaton: usize, values: &[ExprId]) -> ExprId {
+pub(super) fn select(graph: &mut ExprGraph, automaton: usize, values: &[ExprId]) -> ExprId {
     let position = u32::try_from(automaton).unwrap_or(u32::MAX);
     let (last, others) =
         values.split_last().unwrap_or_else(|| unreachable!("every automaton has modes"));
@@ -104,7 +104,7 @@ pub(super) fn in_modes(
     let names: Vec<String> = automata
         .map(|k| &model.automata[k])
         .zip(modes)
-        .filter(|(automaton, _)| automaton.origin == Origin::Modes)
+        .filter(|(automaton, _)| automaton.origin == AutomatonOrigin::Modes)
         .map(|(automaton, mode)| {
             format!("mode `{}` of `{}`", automaton.modes[*mode].name, automaton.name)
         })

@@ -6,25 +6,25 @@
 
 use std::collections::BTreeMap;
 
-use super::{Dae, Delay, DelayedInput, Family, Unknown};
-use crate::expr::{ExprId, Graph, Symbol};
+use super::{Dae, DaeFamily, DaeUnknown, Delay, DelayedInput};
+use crate::expr::{ExprGraph, ExprId, Symbol};
 use crate::model::{Interpolation, Model};
 
 /// Varying quantities other than unknowns and time.
 #[derive(Clone, Copy)]
-pub(super) struct Varying<'a> {
+pub(super) struct VaryingQuantities<'a> {
     pub(super) model: &'a Model,
     pub(super) delayed: &'a [DelayedInput],
 }
 
-impl Varying<'_> {
+impl VaryingQuantities<'_> {
     /// Whether an input, declared or delayed, changes between samples.
     fn is_linear(self, i: u32) -> bool {
         let declared = self.model.inputs.len();
         let input = match (i as usize).checked_sub(declared) {
             None => i as usize,
-            Some(late) => match self.delayed.get(late) {
-                Some(late) => late.input,
+            Some(position) => match self.delayed.get(position) {
+                Some(delayed) => delayed.input,
                 // The slope of a delayed input is constant.
                 None => return false,
             },
@@ -33,7 +33,12 @@ impl Varying<'_> {
     }
 
     /// ė; `None` if e reads an unknown that has no derivative in some mode, or a delayed value.
-    pub(super) fn rate(self, graph: &mut Graph, e: ExprId, rows: Rows<'_>) -> Option<ExprId> {
+    pub(super) fn rate(
+        self,
+        graph: &mut ExprGraph,
+        e: ExprId,
+        rows: RowLayout<'_>,
+    ) -> Option<ExprId> {
         let mut rate = graph.constant(0.0);
         for (symbol, slope) in self.terms(graph, e, rows)? {
             let term = match symbol {
@@ -58,9 +63,9 @@ impl Varying<'_> {
     /// The varying quantities in e, each with the slope of e; `None` unless all have a derivative.
     pub(super) fn terms(
         self,
-        graph: &mut Graph,
+        graph: &mut ExprGraph,
         e: ExprId,
-        Rows { unknowns, families }: Rows<'_>,
+        RowLayout { unknowns, families }: RowLayout<'_>,
     ) -> Option<Vec<(Symbol, ExprId)>> {
         let symbols = graph.symbols(e);
         if symbols.iter().any(|symbol| matches!(symbol, Symbol::DelayedUnknown(_))) {
@@ -90,13 +95,13 @@ impl Varying<'_> {
 
 /// The rows of single unknowns, then those of elements, numbered through all arrays.
 #[derive(Clone, Copy)]
-pub(super) struct Rows<'a> {
-    pub(super) unknowns: &'a [Unknown],
-    pub(super) families: &'a [Family],
+pub(super) struct RowLayout<'a> {
+    pub(super) unknowns: &'a [DaeUnknown],
+    pub(super) families: &'a [DaeFamily],
 }
 
 /// The family that determines an element, with its position.
-pub(super) fn family_of(families: &[Family], element: u32) -> Option<(usize, &Family)> {
+pub(super) fn family_of(families: &[DaeFamily], element: u32) -> Option<(usize, &DaeFamily)> {
     let element = element as usize;
     let after = families.partition_point(|family| family.first <= element);
     let (position, family) = families.iter().enumerate().nth(after.checked_sub(1)?)?;
@@ -104,7 +109,7 @@ pub(super) fn family_of(families: &[Family], element: u32) -> Option<(usize, &Fa
 }
 
 /// The expression of one passage; elements are numbered among those of all arrays.
-pub(super) fn at_passage(graph: &mut Graph, id: ExprId, passage: u32) -> ExprId {
+pub(super) fn at_passage(graph: &mut ExprGraph, id: ExprId, passage: u32) -> ExprId {
     let mut replaced = BTreeMap::new();
     for symbol in graph.symbols(id) {
         let now = match symbol {
@@ -136,18 +141,18 @@ pub(super) fn take_slopes(dae: &mut Dae) {
     }
     wanted.sort_unstable();
     let declared = dae.inputs.len();
-    let mut late: BTreeMap<u32, usize> = BTreeMap::new();
+    let mut delayed: BTreeMap<u32, usize> = BTreeMap::new();
     for i in wanted {
         let position = (i as usize).checked_sub(declared).unwrap_or_else(|| {
             let delay = zero_delay(dae);
             dae.delayed_inputs.push(DelayedInput { input: i as usize, delay });
             dae.delayed_inputs.len() - 1
         });
-        late.insert(i, position);
+        delayed.insert(i, position);
     }
     let first = declared + dae.delayed_inputs.len();
     let mut replaced = BTreeMap::new();
-    for (i, position) in late {
+    for (i, position) in delayed {
         let input = u32::try_from(first + position).unwrap_or(u32::MAX);
         replaced.insert(Symbol::InputSlope(i), dae.graph.symbol(Symbol::Input(input)));
     }

@@ -1,20 +1,20 @@
 //! Moves conditions on time after the automata that choose states.
 
 use super::TimeCondition;
-use super::families::Plan;
-use super::index::{Explicit, Selections};
-use super::transfer::Transferred;
+use super::families::FamilyPlan;
+use super::index::{ExplicitSystem, StateSelections};
+use super::transfer::TransferredModel;
 use crate::expr::hash::HashMap;
-use crate::expr::{ExprId, Graph, Node, Symbol};
+use crate::expr::{ExprGraph, ExprId, Node, Symbol};
 
 /// Moves conditions on time after the automata that choose states, once these are known.
 pub(super) fn renumber(
-    graph: &mut Graph,
-    systems: &mut [Explicit],
-    transferred: &mut Transferred<'_>,
-    plan: &mut Plan,
+    graph: &mut ExprGraph,
+    systems: &mut [ExplicitSystem],
+    transferred: &mut TransferredModel<'_>,
+    plan: &mut FamilyPlan,
     conditions: &mut [TimeCondition],
-    selections: &Selections,
+    selections: &StateSelections,
 ) {
     let behind = u32::try_from(selections.sizes().count()).unwrap_or(u32::MAX);
     if behind == 0 {
@@ -41,14 +41,14 @@ pub(super) fn renumber(
 }
 
 fn expressions<'a>(
-    systems: &'a mut [Explicit],
-    transferred: &'a mut Transferred<'_>,
-    plan: &'a mut Plan,
+    systems: &'a mut [ExplicitSystem],
+    transferred: &'a mut TransferredModel<'_>,
+    plan: &'a mut FamilyPlan,
     conditions: &'a mut [TimeCondition],
 ) -> impl Iterator<Item = &'a mut ExprId> {
     systems
         .iter_mut()
-        .flat_map(Explicit::expressions)
+        .flat_map(ExplicitSystem::expressions)
         .chain(transferred.expressions())
         .chain(plan.expressions())
         .chain(

@@ -1,7 +1,7 @@
 //! Checks that a model that starts at rest can be at rest.
 
 use super::{AutomatonKind, Dae};
-use crate::diagnostics::{Code, Diagnostic, Diagnostics, Reported};
+use crate::diagnostics::{Code, Diagnostic, Diagnostics, ErrorReported};
 use crate::expr::Symbol;
 use crate::model::Model;
 
@@ -10,7 +10,7 @@ pub(super) fn verify(
     mut dae: Dae,
     model: &Model,
     diagnostics: &mut Diagnostics,
-) -> Result<Dae, Reported> {
+) -> Result<Dae, ErrorReported> {
     let Some(span) = model.starts_at_rest else { return Ok(dae) };
     let reads_time = |id| dae.graph.symbols(id).contains(&Symbol::Time);
     let single = dae.unknowns.iter().map(|x| (x.rhs, x.mass, &x.equation, x.span));
@@ -46,7 +46,7 @@ pub(super) fn verify(
         }
         return Ok(dae);
     };
-    let mut diagnostic = Diagnostic::new(Code::E508, span, message)
+    let mut diagnostic = Diagnostic::new(Code::StartNotSteady, span, message)
         .help("leave out `start steady`, or let an input say what changes with time");
     if let Some(place) = place {
         diagnostic = diagnostic.label(place, "this equation");

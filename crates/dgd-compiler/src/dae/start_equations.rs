@@ -3,7 +3,7 @@
 use std::collections::BTreeSet;
 
 use super::Dae;
-use crate::diagnostics::{Code, Diagnostic, Diagnostics, Reported};
+use crate::diagnostics::{Code, Diagnostic, Diagnostics, ErrorReported};
 use crate::expr::Symbol;
 use crate::model::{Equation, Model};
 use crate::source::Span;
@@ -16,7 +16,7 @@ pub(super) fn verify(
     mut dae: Dae,
     model: &Model,
     diagnostics: &mut Diagnostics,
-) -> Result<Dae, Reported> {
+) -> Result<Dae, ErrorReported> {
     let equations = &model.start_equations;
     let n_single = dae.unknowns.len();
     let of_arrays = model.arrays.iter().filter(|array| array.unknown.guess);
@@ -32,7 +32,7 @@ pub(super) fn verify(
         let message =
             "`start steady` determines all start values, and leaves none to a start equation";
         return Err(diagnostics.error(
-            Diagnostic::new(Code::E509, equation.span, message)
+            Diagnostic::new(Code::UndeterminedStart, equation.span, message)
                 .label(span, "all of the model is at rest"),
         ));
     }
@@ -50,17 +50,17 @@ pub(super) fn verify(
                 dae.unknown_name(i)
             );
             diagnostics.error(
-                Diagnostic::new(Code::E509, declared_at(model, n_single, i), message)
+                Diagnostic::new(Code::UndeterminedStart, declared_at(model, n_single, i), message)
                     .help("take out a start equation, or put it into the choice of the variant where it holds"),
             );
         }
     }
     for (own, equation) in dae.start_equations.iter().zip(equations) {
         let is_late = |symbol: &Symbol| {
-            matches!(symbol, Symbol::DelayedUnknown(_) | Symbol::Late(_) | Symbol::Past(..))
+            matches!(symbol, Symbol::DelayedUnknown(_) | Symbol::Delayed(_) | Symbol::Past(..))
         };
         if dae.graph.symbols(own.rest).iter().any(is_late) {
-            diagnostics.error(reads_late(equation));
+            diagnostics.error(reads_delayed(equation));
         }
     }
     diagnostics.check()?;
@@ -74,12 +74,12 @@ pub(super) fn verify(
 }
 
 /// The error for a start equation that reads an unknown before the start.
-pub(super) fn reads_late(equation: &Equation) -> Diagnostic {
+pub(super) fn reads_delayed(equation: &Equation) -> Diagnostic {
     let message = format!(
         "start equation `{}` depends on what an unknown was before the start",
         equation.label
     );
-    Diagnostic::new(Code::E509, equation.span, message)
+    Diagnostic::new(Code::UndeterminedStart, equation.span, message)
         .help("give the start value in the declaration of the state instead")
 }
 
@@ -125,7 +125,7 @@ fn miscounted(model: &Model, n_single: usize, determined: &BTreeSet<usize>) -> D
     let span = equations.first().map(|equation| equation.span).or(first).unwrap_or_default();
     let verb = if equations.len() == 1 { "is" } else { "are" };
     let message = format!("there {verb} {of_equations} for the start values of {of_states}");
-    let mut diagnostic = Diagnostic::new(Code::E509, span, message).help(
+    let mut diagnostic = Diagnostic::new(Code::UndeterminedStart, span, message).help(
         "mark each state whose start value follows from a start equation with `guess`, as in `state h [m] = 2  guess`",
     );
     for place in places {

@@ -48,10 +48,10 @@ pub fn write(dae: &Dae) -> String {
     }
     families(dae, &mut text);
     for output in &dae.outputs {
-        let late = output.delay.map_or(String::new(), |delay| {
+        let delayed = output.delay.map_or(String::new(), |delay| {
             format!("  read at time - {}", bracketed(&dae.delays[delay].text))
         });
-        let _ = writeln!(text, "  output {} = {}{late}", output.declared.name, next());
+        let _ = writeln!(text, "  output {} = {}{delayed}", output.declared.name, next());
     }
     for output in &dae.output_arrays {
         let (name, lower) = (&output.declared.name, output.lower);
@@ -200,7 +200,7 @@ pub(super) fn symbol_name(dae: &Dae, symbol: Symbol) -> String {
         | Symbol::SweptSensitivity(_)
         | Symbol::InputSlope(_)
         | Symbol::Sensitivity(_)
-        | Symbol::Late(_)
+        | Symbol::Delayed(_)
         | Symbol::Past(..) => {
             unreachable!("a system holds what is known at a time, unknowns and discrete numbers")
         }

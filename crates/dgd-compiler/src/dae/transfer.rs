@@ -5,12 +5,12 @@ use std::collections::BTreeMap;
 use super::hybrid::exact::exact_ticks;
 use super::hybrid::time_conditions::{OnTime, time_conditions};
 use super::{Clock, TimeCondition};
-use crate::expr::{ExprId, Graph, Symbol};
+use crate::expr::{ExprGraph, ExprId, Symbol};
 use crate::model::Model;
 use crate::source::Span;
 
 /// An equation l = r, stored as 0 = r − l.
-pub(super) struct Equation<'a> {
+pub(super) struct TransferredEquation<'a> {
     pub(super) label: &'a str,
     pub(super) span: Span,
     /// r − l.
@@ -21,9 +21,9 @@ pub(super) struct Equation<'a> {
     pub(super) by_delays: Vec<u32>,
 }
 
-impl Equation<'_> {
+impl TransferredEquation<'_> {
     /// Unknowns on which it depends, directly or in the form `rewritten`.
-    pub(super) fn unknowns(&self, graph: &Graph, rewritten: ExprId) -> Vec<u32> {
+    pub(super) fn unknowns(&self, graph: &ExprGraph, rewritten: ExprId) -> Vec<u32> {
         let symbols = graph.symbols(rewritten).into_iter();
         let read = symbols.filter_map(|symbol| match symbol {
             Symbol::Unknown(i) => Some(i),
@@ -37,9 +37,9 @@ impl Equation<'_> {
 }
 
 /// A model's expressions in the graph of its `Dae`.
-pub(super) struct Transferred<'a> {
+pub(super) struct TransferredModel<'a> {
     /// The equations that always hold, then those of the modes, block by block, then those of loops.
-    pub(super) equations: Vec<Equation<'a>>,
+    pub(super) equations: Vec<TransferredEquation<'a>>,
     pub(super) common: usize,
     /// For each block and mode, the range of its equations.
     pub(super) of_modes: Vec<Vec<(usize, usize)>>,
@@ -61,7 +61,7 @@ pub(super) struct Transferred<'a> {
     pub(super) lags: BTreeMap<ExprId, u32>,
 }
 
-impl Transferred<'_> {
+impl TransferredModel<'_> {
     /// Positions of the equations that hold in these modes.
     pub(super) fn holding(&self, modes: &[usize]) -> Vec<usize> {
         let of_modes = self.of_modes.iter().zip(modes).map(|(block, mode)| block[*mode]);
@@ -72,7 +72,7 @@ impl Transferred<'_> {
     /// them with the clocks that drive them and periodic events.
     pub(super) fn take_time_conditions(
         &mut self,
-        graph: &mut Graph,
+        graph: &mut ExprGraph,
         first: usize,
     ) -> (Vec<TimeCondition>, Vec<Clock>) {
         let roots: Vec<ExprId> = self.expressions().map(|expression| *expression).collect();
@@ -148,8 +148,8 @@ pub(super) fn roots(model: &Model) -> Vec<ExprId> {
 pub(super) fn transfer<'a>(
     model: &'a Model,
     lags: &[(ExprId, u32)],
-    graph: &mut Graph,
-) -> Transferred<'a> {
+    graph: &mut ExprGraph,
+) -> TransferredModel<'a> {
     let nodes = model.graph.listed(roots(model));
     let built = graph.rebuild(&nodes, |graph, symbol| match symbol {
         Symbol::Constant(i) => graph.constant(model.constants[i as usize].value),
@@ -168,7 +168,7 @@ pub(super) fn transfer<'a>(
                 })
                 .collect();
             let (label, span) = (equation.label.as_str(), equation.span);
-            Equation { label, span, rest, derivatives, by_delays: Vec::new() }
+            TransferredEquation { label, span, rest, derivatives, by_delays: Vec::new() }
         })
         .collect();
     let start_equations = model.start_equations.iter();
@@ -198,7 +198,7 @@ pub(super) fn transfer<'a>(
         .filter_map(|l| built.get(&l.value).map(|id| (*id, l.name.clone())))
         .filter(|(id, _)| graph.node(*id).operands().next().is_some())
         .collect();
-    Transferred {
+    TransferredModel {
         equations,
         common,
         of_modes,

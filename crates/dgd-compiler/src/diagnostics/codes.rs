@@ -10,6 +10,8 @@ use std::fmt;
 pub struct CodeInfo {
     /// The code itself.
     pub code: Code,
+    /// Its spelling for users, such as `E301`.
+    pub text: &'static str,
     /// A short title.
     pub title: &'static str,
     /// A paragraph, then an example of the error under `Wrong:` and its correction under `Right:`, both indented by
@@ -32,13 +34,13 @@ impl Code {
 
 impl fmt::Display for Code {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        fmt::Debug::fmt(self, f)
+        f.pad(self.info().text)
     }
 }
 
 /// Writes the enumeration and the table from the same entries, so that neither lacks a row.
 macro_rules! codes {
-    ($($code:ident $title:literal $explanation:literal)*) => {
+    ($($code:ident $text:literal $title:literal $explanation:literal)*) => {
         /// The kind of error.
         #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
         pub enum Code {
@@ -47,13 +49,13 @@ macro_rules! codes {
 
         /// Every code, in ascending order.
         pub static CODES: &[CodeInfo] = &[
-            $(CodeInfo { code: Code::$code, title: $title, explanation: $explanation },)*
+            $(CodeInfo { code: Code::$code, text: $text, title: $title, explanation: $explanation },)*
         ];
     };
 }
 
 codes! {
-E101 "unexpected character" "
+UnexpectedCharacter "E101" "unexpected character" "
 A character that begins nothing in the language, such as `;`, `&` or a typographic minus. Names are
 made of letters (Greek ones included), digits and `_`, and begin with a letter. Signs such as `%`,
 `°C` and `²` belong between unit brackets.
@@ -66,7 +68,7 @@ Right:
 
     let volume = 3 [m^3]
 "
-E102 "malformed number" "
+MalformedNumber "E102" "malformed number" "
 A number is written with digits before the decimal point and, if there is a point, digits after it;
 an exponent has digits, too. A number is not followed by a letter: products need `*`.
 
@@ -80,7 +82,7 @@ Right:
     constant half = 0.5
     let doubled = 2*half
 "
-E103 "number out of range" "
+NumberOutOfRange "E103" "number out of range" "
 Numbers are kept as 64-bit floating point, which reaches from about 1e-308 to 1e308. A number outside
 of it would silently become infinite or zero.
 
@@ -92,7 +94,7 @@ Right:
 
     constant huge = 1e300
 "
-E104 "unclosed text or unit" r#"
+UnclosedText "E104" "unclosed text or unit" r#"
 A text begins and ends with `"` on one line, and a unit or an index begins with `[` and ends with `]`
 on one line.
 
@@ -104,7 +106,7 @@ Right:
 
     constant g [m/s^2] = 9.81
 "#
-E105 "something else was expected" "
+UnexpectedToken "E105" "something else was expected" "
 The text breaks the grammar here; the message says what was expected. Each item is on
 its own line. It continues on the next line only while a parenthesis is open, or when the line
 ends in a comma, a colon or an operator.
@@ -119,7 +121,7 @@ Right:
     constant a = 1
     let b = 2*a
 "
-E106 "nested too deep" "
+NestedTooDeep "E106" "nested too deep" "
 Parentheses, calls, powers, signs, `if`s and blocks may nest 128 deep. Name a part of the expression
 with `let`.
 
@@ -132,7 +134,7 @@ Right:
     let part = ((b + c))
     let a = ((part))
 "
-E107 "attribute not allowed here" "
+MisplacedAttribute "E107" "attribute not allowed here" "
 Attributes follow a value, separated by commas: a parameter takes `in`, `log`, `fixed`, `nominal` and
 `prior`; a state or unknown takes `fixed` and `nominal`; an input takes `hold` or `linear`; an output
 takes `noise`.
@@ -145,7 +147,7 @@ Right:
 
     input q [lpm] linear
 "
-E108 "attribute given twice" "
+RepeatedAttribute "E108" "attribute given twice" "
 An attribute is given once. `hold` and `linear` exclude each other.
 
 Wrong:
@@ -156,7 +158,7 @@ Right:
 
     parameter c = 1 fixed
 "
-E109 "comparison that cannot be read" "
+UnreadableComparison "E109" "comparison that cannot be read" "
 A comparison has two sides, and comparisons are joined by `and` and `or`. There are `<`, `<=`, `>`
 and `>=`; real numbers are not compared for equality.
 
@@ -168,7 +170,7 @@ Right:
 
     let inside = if 0 < x and x < 1 then 1 else 0
 "
-E111 "missing value" "
+MissingValue "E111" "missing value" "
 A constant, a parameter, a `let` and a function need a value behind `=`. For an unknown or an input,
 which the equations or the data determine, none is needed.
 
@@ -180,7 +182,7 @@ Right:
 
     constant g [m/s^2] = 9.81
 "
-E112 "nothing to read" "
+EmptyFile "E112" "nothing to read" "
 The file holds no item, only blanks or comments, or it is larger than the 2 GiB that can be read.
 
 Wrong:
@@ -191,7 +193,7 @@ Right:
 
     constant g [m/s^2] = 9.81
 "
-E113 "no model line" "
+NoModelLine "E113" "no model line" "
 A file without a `model` line is a library of constants, `let`s and functions that models import. It
 cannot be run or fitted itself.
 
@@ -206,7 +208,7 @@ Right:
     state h [m] = 1
     equation level: der(h) = 0 [m/s]
 "
-E114 "model line out of place" "
+MisplacedModelLine "E114" "model line out of place" "
 `model NAME` is the first item of its file, and there is one.
 
 Wrong:
@@ -219,7 +221,7 @@ Right:
     model tank
     constant g [m/s^2] = 9.81
 "
-E115 "brackets do not match" "
+UnmatchedBracket "E115" "brackets do not match" "
 Every `(` and `{` is closed by its own `)` or `}`. A parenthesis may stay open over several lines,
 but not into the next item.
 
@@ -231,7 +233,7 @@ Right:
 
     let a = 2*(1 + 3)
 "
-E116 "not the beginning of an item" "
+NotAnItem "E116" "not the beginning of an item" "
 Every item begins with the word that says what it is: `constant`, `parameter`, `input`, `state`,
 `unknown`, `let`, `function`, `equation`, `variant`, `output` or `import`.
 
@@ -243,7 +245,7 @@ Right:
 
     let A = 3 [m^2]
 "
-E117 "unit out of place" "
+MisplacedUnit "E117" "unit out of place" "
 In an expression a unit follows a number only: a name has the unit of its declaration, and a bracketed
 expression that of its parts.
 
@@ -257,7 +259,7 @@ Right:
     constant width [m] = 2
     let area = width * 3 [m]
 "
-E118 "doc comment that belongs to nothing" "
+DetachedDoc "E118" "doc comment that belongs to nothing" "
 `///` above an item or at the end of its line belongs to that item and reaches the reports. A remark
 that belongs to nothing begins with `#`.
 
@@ -273,7 +275,7 @@ Right:
 
     # End of the constants.
 "
-E119 "word that cannot be a name" "
+ReservedWord "E119" "word that cannot be a name" "
 `and`, `or`, `not`, `if`, `then` and `else` are words of expressions everywhere, and `delay` is
 a function of the language. Other keywords may be names.
 
@@ -285,7 +287,7 @@ Right:
 
     let otherwise = 3
 "
-E120 "clause outside an effect" "
+ClauseOutsideEffect "E120" "clause outside an effect" "
 `kind`, `form`, `null`, `replace` and `add` say how an effect changes a model. They stand in a file
 that begins with `effect NAME on MODEL` or `effect NAME(y: output)`, and not within a block of it.
 
@@ -300,7 +302,7 @@ Right:
     kind plant
     replace q_out by 2*q_out
 "
-E130 "declaration in a mode" "
+DeclarationInMode "E130" "declaration in a mode" "
 A mode holds the equations that hold while it lasts, and nothing else. States, unknowns, `let`s and
 outputs exist in every mode; declare them outside.
 
@@ -326,7 +328,7 @@ Right:
       draining -> empty when h falls below 0 [m]
     }
 "
-E131 "item that a loop cannot hold" "
+ItemInLoop "E131" "item that a loop cannot hold" "
 A loop holds equations, start equations, `let`s and what inputs of parts are, whose names end in the
 loop's index between brackets, and `saturate`, `when` and `every`. Arrays and everything else are
 declared in front of it. Of a part whose model has `modes` there is only one.
@@ -345,7 +347,7 @@ Right:
     state x[1..N] = 0
     for i in 1..N { equation decay[i]: der(x[i]) = -x[i] / 1 [s] }
 "
-E201 "unknown name" "
+UnknownName "E201" "unknown name" "
 The name is not declared in the model, in what it imports, or in the variant's chosen branch. Names
 are case-sensitive.
 
@@ -359,7 +361,7 @@ Right:
     constant rho [kg/m^3] = 1120
     let weight = rho * 9.81 [m/s^2]
 "
-E202 "name defined twice" "
+DuplicateName "E202" "name defined twice" "
 Constants, parameters, inputs, unknowns, `let`s and functions share one set of names; equations have
 labels of their own. Only an output may bear the name of the unknown that it reads.
 
@@ -373,7 +375,7 @@ Right:
     constant A [m^2] = 1
     let A_small = 2 [m^2]
 "
-E203 "unknown function" "
+UnknownFunction "E203" "unknown function" "
 No function of this name is built in or defined by `function`. Products need `*`: `a(b + c)` calls a
 function `a`.
 
@@ -385,7 +387,7 @@ Right:
 
     let x = sin(0.5)
 "
-E204 "wrong number of arguments" "
+ArgumentCount "E204" "wrong number of arguments" "
 A function is called with as many arguments as it has been defined with.
 
 Wrong:
@@ -398,7 +400,7 @@ Right:
     function head(w, q) = w^2 - q
     let h = head(0.5, 0.1)
 "
-E205 "name cannot be used here" "
+MisusedName "E205" "name cannot be used here" "
 The name exists, but what it stands for has no place here: an output is read from the model and does
 not enter its equations, a number is not called, and a function is not used without arguments.
 
@@ -415,7 +417,7 @@ Right:
     equation level: der(h) = -leak
     output leak_rate [m/s] = leak
 "
-E206 "definition that depends on itself" "
+CircularDefinition "E206" "definition that depends on itself" "
 A `let`, a constant or a function leads back to itself. What two quantities determine together is
 written with `unknown` and `equation`.
 
@@ -431,7 +433,7 @@ Right:
     equation first:  a = b + 1
     equation second: b = 2*a
 "
-E207 "unknown variant or choice" "
+UnknownVariant "E207" "unknown variant or choice" "
 The model has no variant of this name, or the variant has no such choice.
 
 Wrong:
@@ -442,7 +444,7 @@ Right:
 
     dgd simulate tank.dgd --variant flow=static
 "
-E208 "import that cannot be used" r#"
+UnusableImport "E208" "import that cannot be used" r#"
 The imported file cannot be found or read, or is neither a model nor a library of constants, `let`s and
 functions. Paths are relative to the importing file.
 
@@ -454,7 +456,7 @@ Right:
 
     import "friction.dgd"
 "#
-E209 "derivative of something that has none" "
+NoDerivative "E209" "derivative of something that has none" "
 `der(x)` needs the name of a `state`: neither an expression, nor an input, nor an `unknown`.
 
 Wrong:
@@ -467,7 +469,7 @@ Right:
     state h [m] = 50
     equation level: der(h) = 0 [m/s]
 "
-E210 "condition and number confused" "
+ConditionAsNumber "E210" "condition and number confused" "
 A comparison is a condition: it stands between `if` and `then`, or beside `and`, `or` and `not`. It
 is no number, and a number is no condition.
 
@@ -481,7 +483,7 @@ Right:
     constant level = 3
     let open = if level > 2 then 1 else 0
 "
-E211 "model that grows beyond measure when it is opened" "
+ModelTooLarge "E211" "model that grows beyond measure when it is opened" "
 Every call is replaced by its function's body and every `let` by its value. Functions that call one
 another with ever new arguments, or definitions nested in hundreds of levels, would make a model too
 large to compile, and so would sums and loops that are written out and have more than two million
@@ -498,7 +500,7 @@ Right:
 
     function f3(x) = 4*x + 8
 "
-E212 "effect that does not fit the model" "
+EffectMismatch "E212" "effect that does not fit the model" "
 An effect `on` one model cannot be applied to another. A template needs one argument for each of its
 own, and each must be what the template says: an input, an output, a state, an equation or a
 parameter. What an effect replaces must be used where it says so.
@@ -519,7 +521,7 @@ Right:
     null wear = 1
     replace head in discharge by wear*head
 "
-E213 "incomplete effect" "
+IncompleteEffect "E213" "incomplete effect" "
 An effect says once what kind it is, `plant`, `sensor` or `input`, and changes something: `replace`
 puts an expression in the place of a name or of an output, `add` adds to an equation. Or it brings
 what shows or acts by itself, such as an `output`: declarations alone do nothing.
@@ -537,7 +539,7 @@ Right:
     null wear = 1
     replace head by wear*head
 "
-E214 "effects that exclude each other" "
+ConflictingEffects "E214" "effects that exclude each other" "
 Two plant effects replace the same name at the same place. Which of the two the model then follows
 would depend on their order.
 
@@ -549,7 +551,7 @@ Right:
 
     --apply pump_wear
 "
-E215 "delay that cannot be followed" "
+InvalidDelay "E215" "delay that cannot be followed" "
 How late an input arrives is made of constants and parameters. The delay of a state or unknown may
 vary, with time, inputs, states and unknowns; then neither is late itself. Neither is below zero: only
 outputs can be early.
@@ -566,7 +568,7 @@ Right:
     equation inflow: inflow = flow
     let late = delay(inflow, 2 [m^3] / flow)
 "
-E216 "unknown mode" "
+UnknownMode "E216" "unknown mode" "
 A transition leads from a mode of its `modes` block to another or to the same, and `start` names one
 of them.
 
@@ -588,7 +590,7 @@ Right:
       draining -> empty when h falls below 0 [m]
     }
 "
-E217 "parameter that nothing reads" "
+UnreadParameter "E217" "parameter that nothing reads" "
 A parameter stands in no equation, no output and no other value. `dgd check` notes it: it may be left over, or its
 name may be misspelt where it was to be read. An effect may still read it.
 
@@ -605,7 +607,7 @@ Right:
     state x [1] = 1
     equation decay: der(x) = -k*x
 "
-E220 "input of a part that is not bound" "
+UnboundInput "E220" "input of a part that is not bound" "
 A part is a model, and every input of that model that its chosen variants read must be said to be
 something: an input of the enclosing model, an unknown, or what another part puts out. A choice of a variant
 that would read an input that no one binds cannot be made.
@@ -623,7 +625,7 @@ Right:
     part pond: tank
     pond.q = rain
 "
-E221 "model that contains itself" "
+RecursiveModel "E221" "model that contains itself" "
 A model is not a part of itself, neither directly nor through other parts: there would be no end to
 it.
 
@@ -639,7 +641,7 @@ Right:
     part north: well
     part south: well
 "
-E230 "not a whole number that is known beforehand" "
+NotAKnownWholeNumber "E230" "not a whole number that is known beforehand" "
 Sizes, the ends of ranges and indices are whole numbers that are known before a run: numbers, sizes,
 and within a loop its index, to which numbers are added. A range runs from the smaller end to the
 larger.
@@ -658,7 +660,7 @@ Right:
     state x[1..N] = 0
     for i in 1..N { equation decay[i]: der(x[i]) = -k*x[i] / 1 [s] }
 "
-E231 "index out of range" "
+IndexOutOfRange "E231" "index out of range" "
 An element is read that the array does not have. Neighbours of the first and the last element need
 equations of their own, or a loop that begins later or ends earlier.
 
@@ -675,7 +677,7 @@ Right:
     equation inlet: der(x[1]) = -x[1] / 1 [s]
     for i in 2..N { equation chain[i]: der(x[i]) = (x[i-1] - x[i]) / 1 [s] }
 "
-E232 "array and single value confused" "
+ArrayAsNumber "E232" "array and single value confused" "
 An array is read element by element, and only an array has elements.
 
 Wrong:
@@ -690,7 +692,7 @@ Right:
     state x[1..N] = 1
     for i in 1..N { equation decay[i]: der(x[i]) = -x[i] / 1 [s] }
 "
-E233 "wrong number of values" "
+ValueCount "E233" "wrong number of values" "
 An array has one value for all its elements, or a list with one for each. Of an array with several
 indices the list holds a list for each value of the first.
 
@@ -702,7 +704,7 @@ Right:
 
     parameter k[1..3] [1/s] = (0.1, 0.2, 0.3)
 "
-E301 "units that cannot be added or compared" "
+IncompatibleUnits "E301" "units that cannot be added or compared" "
 Terms of a sum, sides of a comparison, and branches of an `if` must measure the same kind of quantity.
 Their scales may differ: bar and psi can be added. Zero goes with every unit.
 
@@ -714,7 +716,7 @@ Right:
 
     let total = 3 [m] + 2 [s] * 1 [m/s]
 "
-E302 "sides with different units" "
+UnitsOfSides "E302" "sides with different units" "
 The two sides of an equation, or a value and the unit it is declared in, measure different kinds of
 quantities.
 
@@ -726,7 +728,7 @@ Right:
 
     constant A [m^2] = 2 [m] * 3 [m]
 "
-E303 "power with a unit" "
+PowerWithUnit "E303" "power with a unit" "
 An exponent is a plain number. Where the base has a unit, the exponent must be a constant, for
 otherwise the unit of the power would not be known.
 
@@ -740,7 +742,7 @@ Right:
     parameter k = 2
     let head = 1 [m] * (3 [m] / 1 [m])^k
 "
-E304 "argument must be a plain number" "
+ArgumentWithUnit "E304" "argument must be a plain number" "
 Functions such as `exp`, `log` and `sin` take plain numbers, among which angles count (rad = 1).
 Divide by a reference quantity first.
 
@@ -752,7 +754,7 @@ Right:
 
     let x = exp(3 [s] / 10 [s])
 "
-E305 "unknown unit" "
+UnknownUnit "E305" "unknown unit" "
 The unit is not in the catalogue. Upper and lower case matter (`mPa` and `MPa` differ), and SI
 prefixes are accepted only where they are in use.
 
@@ -764,7 +766,7 @@ Right:
 
     input q [l/min]
 "
-E306 "malformed unit" "
+MalformedUnit "E306" "malformed unit" "
 A unit is a product of unit names with `*`, `/` and parentheses, read from left to right: `kg/m*s`
 is (kg/m)·s. Exponents are integers or bracketed fractions: `m^2`, `s^-1`, `Pa^(1/2)`, `m²`, `m3`. A
 plain number has the unit `1`.
@@ -777,7 +779,7 @@ Right:
 
     constant viscosity [Pa*s] = 0.02
 "
-E401 "too many equations" "
+TooManyEquations "E401" "too many equations" "
 There are more equations than unknowns. The equations named are those for which no unknown is left;
 one of them may say what another has said already, or an unknown has not been declared.
 
@@ -792,7 +794,7 @@ Right:
     state h [m] = 1
     equation level: der(h) = 0 [m/s]
 "
-E402 "too few equations" "
+TooFewEquations "E402" "too few equations" "
 There are more unknowns than equations. The unknowns named are those that no equation is left for.
 
 Wrong:
@@ -808,7 +810,7 @@ Right:
     equation level: der(h) = q
     equation valve: q = -0.1 [1/s] * h
 "
-E403 "equations that do not determine the unknowns" "
+UndeterminedUnknowns "E403" "equations that do not determine the unknowns" "
 There are as many equations as unknowns, but some equations share too few unknowns: they determine
 those twice and others not at all.
 
@@ -826,7 +828,7 @@ Right:
     equation first:  a = 1
     equation second: a*b = 1
 "
-E404 "index that cannot be reduced" "
+IrreducibleIndex "E404" "index that cannot be reduced" "
 An equation ties states to one another, so that something else follows from its derivative with
 respect to time only: a rod and its tension, a prescribed path and the force along it. The tool
 differentiates such equations itself. It cannot where the derivative does not exist: where the
@@ -849,7 +851,7 @@ Right:
     equation motion: der(x) = v
     equation track:  x = position
 "
-E405 "equation without an unknown" "
+EquationWithoutUnknown "E405" "equation without an unknown" "
 The equation contains only constants, parameters and inputs, so that nothing can make it true. Values
 are checked by a parameter's bounds.
 
@@ -864,7 +866,7 @@ Right:
     constant a = 1
     let b = a
 "
-E406 "derivative that no equation gives" "
+UndeterminedDerivative "E406" "derivative that no equation gives" "
 An output or a `let` reads `der(x)`, but in the chosen variant no equation contains it.
 
 Wrong:
@@ -881,7 +883,7 @@ Right:
     equation balance: 3 [s] * der(q) = q_in - q
     output slope [m^3/s^2] = der(q)
 "
-E407 "derivative that acts late" "
+DelayedDerivative "E407" "derivative that acts late" "
 An equation, a transition or a `let` that they read depends on what a derivative was some time ago.
 What states and unknowns were acts on a model; a derivative is made an unknown first, and so is an
 element of an array.
@@ -898,7 +900,7 @@ Right:
     equation rate:    rate = der(level)
     equation balance: der(level) = -0.1 [1/s] * level - 0.5*delay(rate, 3 [s])
 "
-E408 "output that reads derivatives at several times" "
+DerivativesAtSeveralTimes "E408" "output that reads derivatives at several times" "
 An output may read states, unknowns and inputs at several times. A derivative it reads at one time
 only, and all else with it.
 
@@ -916,7 +918,7 @@ Right:
     equation balance: der(level) = -0.1 [1/s] * level
     output change [m/s] = rate - delay(rate, 3 [s])
 "
-E409 "too many combinations of modes" "
+TooManyModes "E409" "too many combinations of modes" "
 Every combination of the modes of all `modes` blocks is a system of its own, and all of them are
 checked. Thirteen blocks of two modes each have 8192 combinations, more than the 4096 that are allowed.
 Modes that change together belong into one block.
@@ -933,7 +935,7 @@ Right:
     equation flow_1: q_1 = if on_1 > 0.5 then q_max else 0
     # … and so on, up to on_13
 "
-E410 "bound of an unknown that a constraint determines" "
+BoundOfConstrainedUnknown "E410" "bound of an unknown that a constraint determines" "
 A constraint between states is differentiated, and the states that it ties together move as it says.
 One of them cannot stay at a bound of its own, nor can the force that keeps the constraint: the
 constraint would be broken. Without the bound the model runs; a rope that goes slack is one with
@@ -956,7 +958,7 @@ Right:
     equation level: 2*der(h) = 0.01 [m/s]
     saturate h <= 3 [m]
 "
-E411 "equations that are linearly dependent" "
+DependentEquations "E411" "equations that are linearly dependent" "
 Each equation has unknowns of its own to determine, and still some of them say the same of them, such as one that is a
 multiple of another. `dgd check` notes it where it is so wherever it looks, with the parameters as they are; a run would
 find no values to begin with. Often a flow or a force is balanced twice.
@@ -979,7 +981,7 @@ Right:
     equation share: b + c = a
     equation ratio: b = 3*c
 "
-E430 "derivative of an element that cannot be solved for" "
+UnsolvableElement "E430" "derivative of an element that cannot be solved for" "
 The derivative of an element stands in one equation, linearly, and without other derivatives. An
 equation that needs it besides reads an `unknown` instead. The same is said where so many equations of
 loops and elements are left that they cannot be matched.
@@ -1000,7 +1002,7 @@ Right:
     for i in 2..N { equation next[i]: rate[i] + rate[i-1] = -x[i] / 1 [s] }
     for i in 1..N { equation state_of[i]: der(x[i]) = rate[i] }
 "
-E431 "mode that determines an element" "
+ElementInMode "E431" "mode that determines an element" "
 Elements of arrays are determined by the same equations in all modes. A mode determines an `unknown`
 that an equation of all modes reads.
 
@@ -1032,7 +1034,7 @@ Right:
     equation last_cell: x[N] = at_end
     for i in 1..N-1 { equation decay[i]: der(x[i]) = (x[i+1] - x[i]) / 1 [s] }
 "
-E501 "value outside its bounds" "
+ValueOutOfBounds "E501" "value outside its bounds" "
 The value of a parameter does not lie within the bounds behind `in`.
 
 Wrong:
@@ -1043,7 +1045,7 @@ Right:
 
     parameter c = 0.5 in 0 .. 1
 "
-E502 "bounds the wrong way round" "
+ReversedBounds "E502" "bounds the wrong way round" "
 The lower bound comes first and must lie below the upper one.
 
 Wrong:
@@ -1054,7 +1056,7 @@ Right:
 
     parameter c = 0.5 in 0 .. 1
 "
-E503 "start value that depends on an unknown" "
+StartReadsUnknown "E503" "start value that depends on an unknown" "
 A start value is an expression of constants, parameters and inputs, for these are known before the
 unknowns are; where an input of a part is bound to a state, it is the state's start value. A `history`
 is an expression of time, constants and parameters, and may bend but not jump. The condition of
@@ -1075,7 +1077,7 @@ Right:
     equation first:  der(a) = 0
     equation second: der(b) = 0
 "
-E504 "value must be known beforehand" "
+ValueNotConstant "E504" "value must be known beforehand" "
 Constants, bounds, `noise`, `nominal` and `prior` are finite numbers that depend on numbers and other
 constants only, not on parameters, inputs or unknowns.
 
@@ -1089,7 +1091,7 @@ Right:
     constant d = 2
     parameter c = 1 in 0 .. d
 "
-E505 "size that is not positive" "
+SizeNotPositive "E505" "size that is not positive" "
 `noise` is a standard deviation and `nominal` a size: both are above zero. An output without noise
 simply has no `noise` attribute.
 
@@ -1103,7 +1105,7 @@ Right:
     constant depth [m] = 10
     output p [bar] = depth * 0.1 [bar/m]  noise 0.01 [bar]
 "
-E506 "logarithm of what is not positive" "
+LogOfNonPositive "E506" "logarithm of what is not positive" "
 A parameter with the attribute `log` is estimated by its logarithm, so that its value and its bounds
 must be above zero.
 
@@ -1115,7 +1117,7 @@ Right:
 
     parameter c = 0.1 in 1e-3 .. 1, log
 "
-E507 "noise relative to a zero of its own" "
+NoiseRelativeToOffset "E507" "noise relative to a zero of its own" "
 2 % of 20 °C would be 0.4 K, and 2 % of the same temperature in °F 0.76 K. In a unit with an offset, such as
 °C, °F, barg and psig, noise relative to the reading has no meaning. Nor is 0.5 °C a difference within a
 formula.
@@ -1132,7 +1134,7 @@ Right:
     equation cooling: der(T) = -T/100 [s]
     output T [K]  noise 0.1 [K] + 2 [%]*abs(T)
 "
-E508 "start that cannot be steady" "
+StartNotSteady "E508" "start that cannot be steady" "
 `start steady` begins a run at the steady state for the inputs of its first row. A model that depends on the
 time itself has none, a `modes` block does not say in which mode it is, and a `history` contradicts it.
 
@@ -1151,7 +1153,7 @@ Right:
     state T [K] = 300
     equation heating: der(T) = (T_room - T)/100 [s]
 "
-E509 "start equations that do not determine start values" "
+UndeterminedStart "E509" "start equations that do not determine start values" "
 Each `start equation` determines the start value of one state: of a state with `guess`, whose value is then only
 where the search begins, or of one whose derivative it reads.
 
@@ -1171,7 +1173,7 @@ Right:
     state h [m] = 1  guess
     equation level: A*der(h) = -0.01 [m^2/s]*h
 "
-E510 "bound that follows an unknown" "
+BoundReadsUnknown "E510" "bound that follows an unknown" "
 `saturate` keeps an unknown within a bound that is made of parameters, constants, inputs and time.
 
 Wrong:
@@ -1189,7 +1191,7 @@ Right:
     equation level: der(h) = 0.01 [m/s]
     saturate h <= rim
 "
-E511 "period that varies" "
+VaryingPeriod "E511" "period that varies" "
 `every` acts at the times 0, T, 2 T and so on. T is made of parameters and constants.
 
 Wrong:
@@ -1207,7 +1209,7 @@ Right:
     equation level: der(h) = 0.01 [m/s]
     every T { reset u = 60 }
 "
-E512 "points that make no table" "
+InvalidTablePoints "E512" "points that make no table" "
 A table has points at two places at least. Two points at one abscissa that follow each other are a step: up to there
 the first of them holds, and from there on the second. There cannot be three, nor the same point twice.
 `pchip` needs values that are known before a run; those that are fitted are joined by straight lines, `linear`,
@@ -1221,7 +1223,7 @@ Right:
 
     table head(q [lpm]) [m] = (0, 305), (1200, 301), (2400, 286)
 "
-E513 "argument beyond a table" "
+ArgumentBeyondTable "E513" "argument beyond a table" "
 A table may not be read beyond its first and last point, unless it says `beyond hold`, to go on with the value at
 the end, or `beyond extend`, to go on with the slope there. A table that a loop reads must say one of them,
 because the arguments of a loop's rows are not monitored.
@@ -1236,7 +1238,7 @@ Right:
     table head(q [lpm]) [m] = (0, 305), (1200, 301), (2400, 286) beyond extend
     let shut_in = head(-1 [lpm])
 "
-E514 "`smooth` of values that are not fitted" "
+SmoothWithoutFittedValues "E514" "`smooth` of values that are not fitted" "
 `smooth` is what is known before a fit of how far each point of a table is from the line between its
 neighbours. The table has one argument, three points at least, and values of which some are parameters, or
 sums of them with constant factors; the others are known.
@@ -1251,7 +1253,7 @@ Right:
     parameter middle [m] = 301
     table head(q [lpm]) [m] = (0, shut_in), (1200, middle), (2400, 286) linear, smooth 1
 "
-E601 "file that cannot be read" "
+UnreadableFile "E601" "file that cannot be read" "
 The file does not exist, may not be read, is empty, or is not text in UTF-8.
 
 Wrong:
@@ -1262,7 +1264,7 @@ Right:
 
     dgd simulate tank.dgd --data recording.csv
 "
-E602 "no time column" "
+NoTimeColumn "E602" "no time column" "
 The first column of a recording is `time [s]`.
 
 Wrong:
@@ -1275,7 +1277,7 @@ Right:
     time [s],q_in [lpm]
     0,300
 "
-E603 "no column for an input" "
+NoInputColumn "E603" "no column for an input" "
 Every input of the model needs a column of its name.
 
 Wrong:
@@ -1288,7 +1290,7 @@ Right:
     time [s],q_in [lpm]
     0,300
 "
-E604 "column with another kind of unit" "
+IncompatibleColumnUnit "E604" "column with another kind of unit" "
 A column is converted to the unit that the model declares, which is possible only between units of
 one kind.
 
@@ -1302,7 +1304,7 @@ Right:
     time [s],q_in [lpm]
     0,300
 "
-E605 "time runs backwards" "
+TimeRunsBackwards "E605" "time runs backwards" "
 Rows are in the order of time.
 
 Wrong:
@@ -1317,7 +1319,7 @@ Right:
     0,310
     1,300
 "
-E606 "replicates with other inputs" "
+DifferingReplicates "E606" "replicates with other inputs" "
 Two rows with one time stamp are the values left and right of a jump. Three or more are replicates: readings of
 one moment, in which all inputs are the same.
 
@@ -1334,7 +1336,7 @@ Right:
     1,300
     1,320
 "
-E607 "not a number" r#"
+NotANumber "E607" "not a number" r#"
 A cell holds a number with a decimal point, or nothing or `NaN` where the value is missing.
 
 Wrong:
@@ -1347,7 +1349,7 @@ Right:
     time [s],p [bar]
     0,1.5
 "#
-E608 "missing value of an input" "
+MissingInputValue "E608" "missing value of an input" "
 Outputs may have gaps, inputs may not: the model needs them at every time. Fill the gap, or cut the
 recording.
 
@@ -1363,7 +1365,7 @@ Right:
     0,300
     1,300
 "
-E609 "malformed header" "
+MalformedHeader "E609" "malformed header" "
 A column is headed `name [unit]`, with `[1]` for a plain number, and no name occurs twice.
 
 Wrong:
@@ -1376,7 +1378,7 @@ Right:
     time [s],q_in [lpm]
     0,300
 "
-E610 "row of another length" "
+RowLength "E610" "row of another length" "
 Every row has as many cells as the header.
 
 Wrong:
@@ -1389,7 +1391,7 @@ Right:
     time [s],q_in [lpm]
     0,300
 "
-E611 "column the model does not know" "
+UnknownColumn "E611" "column the model does not know" "
 The column bears the name of no input and no output of the model. It is named once and not used.
 
 Wrong:
@@ -1402,7 +1404,7 @@ Right:
     time [s],q_in [lpm]
     0,300
 "
-E612 "no rows" "
+NoRows "E612" "no rows" "
 The file has a header and nothing below it.
 
 Wrong:
@@ -1414,7 +1416,7 @@ Right:
     time [s],q_in [lpm]
     0,300
 "
-E613 "set of something else" "
+UnknownSetColumn "E613" "set of something else" "
 A column of a table of sets bears the name of no parameter and of no state. What a set does not say is
 as in the model, so that a misspelt column would go unnoticed. Constants are part of the compiled model:
 what is to change from set to set is declared as a `parameter`, here `c0`.

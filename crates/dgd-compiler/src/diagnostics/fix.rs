@@ -1,19 +1,19 @@
 //! Edits that correct an error.
 
-use crate::source::{SourceId, Sources, Span};
+use crate::source::{SourceId, SourceMap, Span};
 
 /// An edit of the text that corrects an error, for an editor to offer or `dgd check --fix` to apply.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Fix {
     /// Its edits, which do not overlap.
-    pub edits: Vec<Edit>,
+    pub edits: Vec<FixEdit>,
     /// Whether it can be applied without confirmation.
-    pub safety: Safety,
+    pub safety: FixSafety,
 }
 
 /// Replaces a piece of text.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Edit {
+pub struct FixEdit {
     /// The replaced text; an empty span for an insertion.
     pub span: Span,
     /// The new text.
@@ -22,43 +22,43 @@ pub struct Edit {
 
 /// Whether a fix can be applied without confirmation.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Safety {
+pub enum FixSafety {
     /// The text can mean nothing else.
     Safe,
     /// A guess.
     Guess,
 }
 
-impl Edit {
+impl FixEdit {
     /// Replaces a span.
     pub fn replace(span: Span, text: impl Into<String>) -> Self {
-        Edit { span, text: text.into() }
+        FixEdit { span, text: text.into() }
     }
 
     /// Inserts text before a span.
-    pub fn before(span: Span, text: impl Into<String>) -> Self {
-        Edit { span: Span { end: span.start, ..span }, text: text.into() }
+    pub fn insert_before(span: Span, text: impl Into<String>) -> Self {
+        FixEdit { span: Span { end: span.start, ..span }, text: text.into() }
     }
 
     /// Inserts text after a span.
-    pub fn behind(span: Span, text: impl Into<String>) -> Self {
-        Edit { span: Span { start: span.end, ..span }, text: text.into() }
+    pub fn insert_after(span: Span, text: impl Into<String>) -> Self {
+        FixEdit { span: Span { start: span.end, ..span }, text: text.into() }
     }
 }
 
 impl Fix {
     /// A fix that can be applied without confirmation.
-    pub fn safe(edits: Vec<Edit>) -> Self {
-        Fix { edits, safety: Safety::Safe }
+    pub fn safe(edits: Vec<FixEdit>) -> Self {
+        Fix { edits, safety: FixSafety::Safe }
     }
 
     /// Whether it can be applied without confirmation.
     pub fn is_safe(&self) -> bool {
-        self.safety == Safety::Safe
+        self.safety == FixSafety::Safe
     }
 
     /// The corrected line or lines, without a comment at the end; `None` for a fix in several files.
-    pub fn line(&self, sources: &Sources) -> Option<String> {
+    pub fn line(&self, sources: &SourceMap) -> Option<String> {
         let first = self.edits.iter().map(|edit| edit.span).min()?;
         if self.edits.iter().any(|edit| edit.span.source != first.source) {
             return None;
@@ -77,10 +77,10 @@ impl Fix {
 ///
 /// The others can be applied to the resulting text, once it has been checked again.
 pub fn written(text: &str, source: SourceId, fixes: &[&Fix]) -> (String, usize) {
-    let mut taken: Vec<&Edit> = Vec::new();
+    let mut taken: Vec<&FixEdit> = Vec::new();
     let mut n = 0;
     for fix in fixes {
-        let touches = |edit: &Edit| {
+        let touches = |edit: &FixEdit| {
             taken
                 .iter()
                 .any(|other| edit.span.start <= other.span.end && other.span.start <= edit.span.end)
@@ -95,7 +95,7 @@ pub fn written(text: &str, source: SourceId, fixes: &[&Fix]) -> (String, usize) 
 }
 
 /// A piece of a source that begins at `offset`, with these edits.
-fn write(text: &str, offset: usize, edits: &[&Edit]) -> String {
+fn write(text: &str, offset: usize, edits: &[&FixEdit]) -> String {
     let mut edits = edits.to_vec();
     edits.sort_by_key(|edit| edit.span);
     let (mut out, mut at) = (String::with_capacity(text.len()), 0);
@@ -112,21 +112,24 @@ fn write(text: &str, offset: usize, edits: &[&Edit]) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::source::Source;
+    use crate::source::SourceText;
 
-    fn at(start: u32, end: u32) -> Span {
+    fn span_between(start: u32, end: u32) -> Span {
         Span { source: SourceId(0), start, end }
     }
 
     #[test]
     fn fixes_are_written_unless_they_touch() {
         let text = "let a\nlet b = a [m]  /// c\n";
-        let swap = Fix::safe(vec![Edit::behind(at(10, 11), " [m]"), Edit::replace(at(15, 19), "")]);
-        let mut sources = Sources::default();
-        sources.add(Source { name: "a.dgd".into(), text: text.into() });
+        let swap = Fix::safe(vec![
+            FixEdit::insert_after(span_between(10, 11), " [m]"),
+            FixEdit::replace(span_between(15, 19), ""),
+        ]);
+        let mut sources = SourceMap::default();
+        sources.add(SourceText { name: "a.dgd".into(), text: text.into() });
         assert_eq!(swap.line(&sources).as_deref(), Some("let b [m] = a"));
-        let other = Fix::safe(vec![Edit::replace(at(10, 11), "c")]);
-        let first = Fix::safe(vec![Edit::before(at(0, 3), "# ")]);
+        let other = Fix::safe(vec![FixEdit::replace(span_between(10, 11), "c")]);
+        let first = Fix::safe(vec![FixEdit::insert_before(span_between(0, 3), "# ")]);
         let (out, n) = written(text, SourceId(0), &[&swap, &other, &first]);
         assert_eq!((out.as_str(), n), ("# let a\nlet b [m] = a  /// c\n", 2));
     }

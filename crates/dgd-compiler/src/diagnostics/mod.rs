@@ -8,7 +8,7 @@ mod visible;
 
 use crate::source::Span;
 pub use codes::Code;
-pub use fix::{Edit, Fix};
+pub use fix::{Fix, FixEdit};
 pub use suggestion::suggestion;
 pub use visible::visible;
 
@@ -20,7 +20,7 @@ pub struct Diagnostic {
     /// The message, lower case and without a full stop.
     pub message: String,
     /// Relevant places; the caret is at the first.
-    pub labels: Vec<Label>,
+    pub labels: Vec<DiagnosticLabel>,
     /// The accepted form, or a likely correction.
     pub help: Option<String>,
     /// The correction as an edit; the corrected line is shown.
@@ -29,7 +29,7 @@ pub struct Diagnostic {
 
 /// A place with a note, which may be empty.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Label {
+pub struct DiagnosticLabel {
     /// The place.
     pub span: Span,
     /// The note.
@@ -39,7 +39,7 @@ pub struct Label {
 impl Diagnostic {
     /// A diagnostic at one place.
     pub fn new(code: Code, span: Span, message: impl Into<String>) -> Self {
-        let label = Label { span, text: String::new() };
+        let label = DiagnosticLabel { span, text: String::new() };
         Diagnostic { code, message: message.into(), labels: vec![label], help: None, fix: None }
     }
 
@@ -53,7 +53,7 @@ impl Diagnostic {
     /// Adds a note at another place.
     #[must_use]
     pub fn label(mut self, span: Span, text: impl Into<String>) -> Self {
-        self.labels.push(Label { span, text: text.into() });
+        self.labels.push(DiagnosticLabel { span, text: text.into() });
         self
     }
 
@@ -84,7 +84,7 @@ impl Diagnostic {
 /// Only [`Diagnostics::error`] makes one, so a stage that returns `Err(Reported)` cannot have failed silently, and its
 /// caller has nothing left to report.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Reported(());
+pub struct ErrorReported(());
 
 /// Limit on stored errors. A text with more is not a model.
 const KEPT: usize = 1000;
@@ -97,28 +97,28 @@ const EXPLAINED: usize = 100;
 #[derive(Debug, Clone, Default)]
 pub struct Diagnostics {
     list: Vec<Diagnostic>,
-    reported: Option<Reported>,
+    reported: Option<ErrorReported>,
 }
 
 impl Diagnostics {
     /// Reports an error. Duplicates at one place are stored once.
-    pub fn error(&mut self, diagnostic: Diagnostic) -> Reported {
+    pub fn error(&mut self, diagnostic: Diagnostic) -> ErrorReported {
         if self.list.len() < KEPT && !self.list.contains(&diagnostic) {
             self.list.push(diagnostic);
         }
-        self.reported = Some(Reported(()));
-        Reported(())
+        self.reported = Some(ErrorReported(()));
+        ErrorReported(())
     }
 
     /// Whether this error was reported at this place: a function body is expanded once for each call, and suggestions
     /// are expensive to find.
-    pub(crate) fn said(&self, code: Code, place: Span) -> Option<Reported> {
+    pub(crate) fn said(&self, code: Code, place: Span) -> Option<ErrorReported> {
         let known = |said: &&Diagnostic| said.code == code && said.labels[0].span == place;
-        self.list.iter().find(known).map(|_| Reported(()))
+        self.list.iter().find(known).map(|_| ErrorReported(()))
     }
 
     /// `Err` if anything has been reported so far.
-    pub fn check(&self) -> Result<(), Reported> {
+    pub fn check(&self) -> Result<(), ErrorReported> {
         self.reported.map_or(Ok(()), Err)
     }
 
@@ -152,8 +152,8 @@ mod tests {
     fn one_mistake_at_one_place_is_kept_once() {
         let mut diagnostics = Diagnostics::default();
         assert_eq!(diagnostics.check(), Ok(()));
-        let reported = diagnostics.error(Diagnostic::new(Code::E201, Span::default(), "a"));
-        diagnostics.error(Diagnostic::new(Code::E201, Span::default(), "a"));
+        let reported = diagnostics.error(Diagnostic::new(Code::UnknownName, Span::default(), "a"));
+        diagnostics.error(Diagnostic::new(Code::UnknownName, Span::default(), "a"));
         assert_eq!(diagnostics.check(), Err(reported));
         assert_eq!(diagnostics.sorted().len(), 1);
     }

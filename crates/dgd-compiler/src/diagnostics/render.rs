@@ -7,15 +7,15 @@ use std::ops::Range;
 
 use annotate_snippets::{AnnotationKind, Group, Level, Renderer, Snippet};
 
-use super::{Diagnostic, Label, visible};
-use crate::source::{SourceId, Sources, Span};
+use super::{Diagnostic, DiagnosticLabel, visible};
+use crate::source::{SourceId, SourceMap, Span};
 
 /// Number of diagnostics drawn in full; the rest are counted.
 const SHOWN: usize = 20;
 
 /// Whether to draw in colour.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Style {
+pub enum RenderStyle {
     /// Plain characters.
     Plain,
     /// ANSI escapes.
@@ -25,7 +25,7 @@ pub enum Style {
 /// Draws diagnostics in the style of rustc, each followed by an empty line.
 ///
 /// At most twenty are drawn; a last line counts the rest.
-pub fn render(diagnostics: &[&Diagnostic], sources: &Sources, style: Style) -> String {
+pub fn render(diagnostics: &[&Diagnostic], sources: &SourceMap, style: RenderStyle) -> String {
     let renderer = renderer(style);
     let mut out = String::new();
     for diagnostic in diagnostics.iter().take(SHOWN) {
@@ -39,18 +39,22 @@ pub fn render(diagnostics: &[&Diagnostic], sources: &Sources, style: Style) -> S
 }
 
 /// Draws a note that is not an error.
-pub fn render_note(diagnostic: &Diagnostic, sources: &Sources, style: Style) -> String {
+pub fn render_note(diagnostic: &Diagnostic, sources: &SourceMap, style: RenderStyle) -> String {
     renderer(style).render(&[group(diagnostic, Level::NOTE, sources)])
 }
 
-fn renderer(style: Style) -> Renderer {
+fn renderer(style: RenderStyle) -> Renderer {
     match style {
-        Style::Plain => Renderer::plain(),
-        Style::Coloured => Renderer::styled(),
+        RenderStyle::Plain => Renderer::plain(),
+        RenderStyle::Coloured => Renderer::styled(),
     }
 }
 
-fn group<'a>(diagnostic: &'a Diagnostic, level: Level<'static>, sources: &'a Sources) -> Group<'a> {
+fn group<'a>(
+    diagnostic: &'a Diagnostic,
+    level: Level<'static>,
+    sources: &'a SourceMap,
+) -> Group<'a> {
     let mut group = level
         .primary_title(visible(&diagnostic.message))
         .id(diagnostic.code.to_string())
@@ -62,15 +66,15 @@ fn group<'a>(diagnostic: &'a Diagnostic, level: Level<'static>, sources: &'a Sou
 }
 
 /// The help text, or else the corrected line.
-fn help(diagnostic: &Diagnostic, sources: &Sources) -> Option<String> {
+fn help(diagnostic: &Diagnostic, sources: &SourceMap) -> Option<String> {
     let line = || diagnostic.fix.as_ref()?.line(sources).map(|line| format!("write `{line}`"));
     diagnostic.help.clone().or_else(line)
 }
 
 /// One snippet per source, the main place's first.
 fn snippets<'a>(
-    labels: &'a [Label],
-    sources: &'a Sources,
+    labels: &'a [DiagnosticLabel],
+    sources: &'a SourceMap,
 ) -> Vec<Snippet<'a, annotate_snippets::Annotation<'a>>> {
     let mut order: Vec<SourceId> = Vec::new();
     for label in labels {
@@ -138,13 +142,13 @@ fn floor(text: &str, mut at: usize) -> usize {
 
 /// A diagnostic with its places resolved, for JSON and editors.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Entry {
+pub struct DiagnosticEntry {
     /// The code, e.g. `E301`.
     pub code: String,
     /// The message.
     pub message: String,
     /// Relevant places, the main one first.
-    pub places: Vec<Location>,
+    pub places: Vec<EditorLocation>,
     /// The help text.
     pub help: Option<String>,
     /// The correction as edits.
@@ -157,12 +161,12 @@ pub struct FixEntry {
     /// Whether it can be applied without confirmation.
     pub is_safe: bool,
     /// The replaced places, with the new text as `text`.
-    pub edits: Vec<Location>,
+    pub edits: Vec<EditorLocation>,
 }
 
 /// A location in an editor's numbering: lines and columns from 1, columns in characters.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Location {
+pub struct EditorLocation {
     /// Name of the source.
     pub file: String,
     /// Line of the first character.
@@ -178,19 +182,19 @@ pub struct Location {
 }
 
 /// The fields of a diagnostic.
-pub fn entry(diagnostic: &Diagnostic, sources: &Sources) -> Entry {
+pub fn entry(diagnostic: &Diagnostic, sources: &SourceMap) -> DiagnosticEntry {
     let place = |span: Span, text: &str| {
         let end = Span { start: span.end, ..span };
         let (line, column) = sources.line_column(span);
         let (end_line, end_column) = sources.line_column(end);
         let file = sources.get(span.source).name.clone();
-        Location { file, line, column, end_line, end_column, text: text.to_owned() }
+        EditorLocation { file, line, column, end_line, end_column, text: text.to_owned() }
     };
     let fix = diagnostic.fix.as_ref().map(|fix| FixEntry {
         is_safe: fix.is_safe(),
         edits: fix.edits.iter().map(|edit| place(edit.span, &edit.text)).collect(),
     });
-    Entry {
+    DiagnosticEntry {
         code: diagnostic.code.to_string(),
         message: diagnostic.message.clone(),
         places: diagnostic.labels.iter().map(|label| place(label.span, &label.text)).collect(),
@@ -203,27 +207,28 @@ pub fn entry(diagnostic: &Diagnostic, sources: &Sources) -> Entry {
 mod tests {
     use super::*;
     use crate::diagnostics::Code;
-    use crate::source::Source;
+    use crate::source::SourceText;
 
-    fn sources(text: &str) -> Sources {
-        let mut sources = Sources::default();
-        sources.add(Source { name: "tank.dgd".into(), text: text.into() });
+    fn sources(text: &str) -> SourceMap {
+        let mut sources = SourceMap::default();
+        sources.add(SourceText { name: "tank.dgd".into(), text: text.into() });
         sources
     }
 
-    fn at(start: usize, end: usize) -> Span {
+    fn span_between(start: usize, end: usize) -> Span {
         Span { source: SourceId(0), start: start as u32, end: end as u32 }
     }
 
     #[test]
     fn a_diagnostic_shows_place_labels_and_help() {
         let sources = sources("let a = 3 [m]\nlet b = a + 2 [s]\n");
-        let diagnostic = Diagnostic::new(Code::E301, at(26, 31), "cannot add m and s")
-            .here("has unit s")
-            .label(at(22, 23), "has unit m")
-            .help("divide by a time first");
+        let diagnostic =
+            Diagnostic::new(Code::IncompatibleUnits, span_between(26, 31), "cannot add m and s")
+                .here("has unit s")
+                .label(span_between(22, 23), "has unit m")
+                .help("divide by a time first");
         assert_eq!(
-            render(&[&diagnostic], &sources, Style::Plain),
+            render(&[&diagnostic], &sources, RenderStyle::Plain),
             "\
 error[E301]: cannot add m and s
  --> tank.dgd:2:13
@@ -255,10 +260,14 @@ error[E301]: cannot add m and s
             ("", 0, 0, 0..0),
             ("one\ntwo", 1, 6, 1..3),
         ] {
-            assert_eq!(drawable(text, at(start, end)), expected, "{text:?}");
+            assert_eq!(drawable(text, span_between(start, end)), expected, "{text:?}");
             let sources = sources(text);
-            let span = at(start.min(text.len()), end.min(text.len()));
-            let drawn = render(&[&Diagnostic::new(Code::E105, span, "x")], &sources, Style::Plain);
+            let span = span_between(start.min(text.len()), end.min(text.len()));
+            let drawn = render(
+                &[&Diagnostic::new(Code::UnexpectedToken, span, "x")],
+                &sources,
+                RenderStyle::Plain,
+            );
             assert!(drawn.contains("--> tank.dgd:"), "{drawn}");
         }
     }
@@ -267,8 +276,12 @@ error[E301]: cannot add m and s
     fn a_long_line_is_cut_around_the_place() {
         let text = format!("let a = {}; {}", "b + ".repeat(2500), "c + ".repeat(2500));
         let sources = sources(&text);
-        let diagnostic = Diagnostic::new(Code::E101, at(10_008, 10_009), "unexpected character");
-        let drawn = render(&[&diagnostic], &sources, Style::Plain);
+        let diagnostic = Diagnostic::new(
+            Code::UnexpectedCharacter,
+            span_between(10_008, 10_009),
+            "unexpected character",
+        );
+        let drawn = render(&[&diagnostic], &sources, RenderStyle::Plain);
         assert!(drawn.contains("tank.dgd:1:10009"), "{drawn}");
         assert!(drawn.lines().all(|line| line.chars().count() < 200), "{drawn}");
         assert!(drawn.contains(';'));
@@ -276,12 +289,14 @@ error[E301]: cannot add m and s
 
     #[test]
     fn nothing_in_a_diagnostic_is_obeyed_by_a_terminal() {
-        let mut sources = Sources::default();
-        sources.add(Source { name: "a\u{202e}.dgd".into(), text: "le\u{202e}t \u{1b}[2J".into() });
-        let diagnostic = Diagnostic::new(Code::E105, at(0, 2), "wrong \u{202e}")
-            .here("\u{1b}[2J")
-            .help("is `\u{2066}` meant?");
-        let drawn = render(&[&diagnostic], &sources, Style::Plain);
+        let mut sources = SourceMap::default();
+        sources
+            .add(SourceText { name: "a\u{202e}.dgd".into(), text: "le\u{202e}t \u{1b}[2J".into() });
+        let diagnostic =
+            Diagnostic::new(Code::UnexpectedToken, span_between(0, 2), "wrong \u{202e}")
+                .here("\u{1b}[2J")
+                .help("is `\u{2066}` meant?");
+        let drawn = render(&[&diagnostic], &sources, RenderStyle::Plain);
         let obeyed =
             |c: char| (c.is_control() && c != '\n') || ('\u{202a}'..='\u{2069}').contains(&c);
         assert!(!drawn.contains(obeyed), "{drawn:?}");
@@ -293,9 +308,9 @@ error[E301]: cannot add m and s
     #[test]
     fn what_is_beyond_the_limit_is_counted() {
         let sources = sources("x");
-        let diagnostic = Diagnostic::new(Code::E105, at(0, 1), "wrong");
+        let diagnostic = Diagnostic::new(Code::UnexpectedToken, span_between(0, 1), "wrong");
         let all = vec![&diagnostic; SHOWN + 3];
-        let drawn = render(&all, &sources, Style::Plain);
+        let drawn = render(&all, &sources, RenderStyle::Plain);
         assert_eq!(drawn.matches("error[E105]").count(), SHOWN);
         assert!(drawn.ends_with("… and 3 more\n"));
     }

@@ -9,12 +9,12 @@ pub fn suggestion<'a>(
     name: &str,
     candidates: impl IntoIterator<Item = &'a str>,
 ) -> Option<&'a str> {
-    let word = Word::new(name);
+    let word = ComparedName::new(name);
     // In half slips. Replacing every letter is not a slip.
     let mut most =
         (2 * word.letters.len().div_ceil(3).min(4)).min((2 * word.letters.len()).checked_sub(1)?);
     let mut best: Option<(usize, &str)> = None;
-    let mut other = Word::default();
+    let mut other = ComparedName::default();
     for candidate in candidates {
         other.read(candidate);
         if candidate == name || !word.may_be_within(&other, most / 2) {
@@ -34,16 +34,16 @@ pub fn suggestion<'a>(
 
 /// A name prepared for comparisons.
 #[derive(Default)]
-struct Word {
+struct ComparedName {
     letters: Vec<char>,
     lower: Vec<char>,
     /// A bit for each of its letters, in lower case; some letters share one.
     set: u64,
 }
 
-impl Word {
+impl ComparedName {
     fn new(text: &str) -> Self {
-        let mut word = Word::default();
+        let mut word = ComparedName::default();
         word.read(text);
         word
     }
@@ -57,7 +57,7 @@ impl Word {
     }
 
     /// Whether lengths and letters allow so few slips: each slip adds or removes at most one letter.
-    fn may_be_within(&self, other: &Word, most: usize) -> bool {
+    fn may_be_within(&self, other: &ComparedName, most: usize) -> bool {
         let missing =
             (self.set & !other.set).count_ones().max((other.set & !self.set).count_ones());
         missing as usize <= most && self.letters.len().abs_diff(other.letters.len()) <= most

@@ -5,20 +5,20 @@
 //! current values of the outputs, and finally those of inputs, which reach everything that reads an input, including
 //! start values and other effects.
 
-use super::declared::Declarations;
-use super::instance::{Change, ChangeKind, Instance};
-use super::open::{Definitions, Opening, Path};
-use super::splice::{DEEPEST, Done, Splice, depth, substitute, too_large};
-use super::{Application, Applied, Blending, signs, units};
-use crate::diagnostics::{Code, Diagnostic, Diagnostics, Reported, suggestion};
+use super::declared::NameDeclarations;
+use super::instance::{AppliedChange, ChangeKind, EffectInstance};
+use super::open::{ExpandableDefinitions, ExpressionExpansion, VariantPath};
+use super::splice::{DEEPEST, Splice, SpliceResults, depth, substitute, too_large};
+use super::{EffectApplication, EffectBlending, ModelWithEffects, signs, units};
+use crate::diagnostics::{Code, Diagnostic, Diagnostics, ErrorReported, suggestion};
 use crate::model::{ModelOptions, resolve};
-use crate::parts::{self, Expanded};
+use crate::parts::{self, FlatModel};
 use crate::source::{SourceId, Span};
 use crate::syntax::ast::{
-    Ast, EffectKind, Expr, ExprKind, Factor, Item, ItemKind, Name, Sign, Unit,
+    Ast, EffectKind, Expr, ExprKind, FactorSide, Item, ItemKind, Name, Sign, WrittenUnit,
 };
 use crate::syntax::print::parenthesise;
-use crate::syntax::visit::{self, Namespace, Part, Role};
+use crate::syntax::visit::{self, ExprRole, ItemPart, Namespace};
 
 /// Applies effects to a model; `asts` are its tree and those of its imports.
 ///
@@ -27,7 +27,7 @@ use crate::syntax::visit::{self, Namespace, Part, Role};
 ///
 /// # Errors
 ///
-/// [`Reported`] if an effect does not fit the model or another effect. Terms that it adds to an equation are checked
+/// [`ErrorReported`] if an effect does not fit the model or another effect. Terms that it adds to an equation are checked
 /// later like any other, with places in the effect's file.
 ///
 /// # Panics
@@ -35,13 +35,13 @@ use crate::syntax::visit::{self, Namespace, Part, Role};
 /// If `asts` is empty: a compilation has a main file.
 pub fn apply(
     asts: &[Ast],
-    applications: &[Application<'_>],
-    blending: Blending,
+    applications: &[EffectApplication<'_>],
+    blending: EffectBlending,
     diagnostics: &mut Diagnostics,
-) -> Result<Applied, Reported> {
+) -> Result<ModelWithEffects, ErrorReported> {
     let expanded = parts::expand(asts, diagnostics)?;
     let mut problems = Diagnostics::default();
-    let mut declared = Declarations::collect(&expanded.asts);
+    let mut declared = NameDeclarations::collect(&expanded.asts);
     if applications.iter().any(|application| units::of_equations(application.effect)) {
         // Errors of the model itself are reported elsewhere.
         let model = resolve(asts, &ModelOptions::default(), &mut Diagnostics::default());
@@ -52,15 +52,16 @@ pub fn apply(
     let mut instances = Vec::with_capacity(applications.len());
     for application in applications {
         // Each application reports its own errors; the next is independent of them.
-        let instance = Instance::new(application, &asts[0], &mut declared, blending, &mut problems);
+        let instance =
+            EffectInstance::new(application, &asts[0], &mut declared, blending, &mut problems);
         instances.extend(instance.ok());
     }
-    let mut splicing = Splicing {
+    let mut splicing = SplicedModel {
         model: asts.iter().map(|ast| ast.source).collect(),
         asts: expanded.asts.to_vec(),
         declared,
         blending,
-        done: Done::default(),
+        done: SpliceResults::default(),
     };
     if problems.check().is_ok() {
         for instance in &instances {
@@ -77,15 +78,15 @@ pub fn apply(
     }
     problems.check()?;
     let brought = instances.into_iter().map(|instance| instance.brought).collect();
-    Ok(Applied { asts: splicing.finished(asts, &expanded), brought })
+    Ok(ModelWithEffects { asts: splicing.finished(asts, &expanded), brought })
 }
 
 /// Applications in an order in which each finds the names that it changes already declared; in the given order if no
 /// such order exists.
-fn ordered(mut left: Vec<&Instance>) -> Vec<&Instance> {
+fn ordered(mut left: Vec<&EffectInstance>) -> Vec<&EffectInstance> {
     let mut order = Vec::with_capacity(left.len());
     while !left.is_empty() {
-        let waits = |one: &&Instance| {
+        let waits = |one: &&EffectInstance| {
             let mut others = left.iter().filter(|other| !std::ptr::eq(**other, *one));
             others.any(|other| one.replaced().any(|name| other.mentions(name)))
         };
@@ -96,18 +97,18 @@ fn ordered(mut left: Vec<&Instance>) -> Vec<&Instance> {
 }
 
 /// A model that is being changed.
-struct Splicing {
+struct SplicedModel {
     asts: Vec<Ast>,
     /// The files of the model, its libraries and its parts.
     model: Vec<SourceId>,
-    declared: Declarations,
-    blending: Blending,
-    done: Done,
+    declared: NameDeclarations,
+    blending: EffectBlending,
+    done: SpliceResults,
 }
 
-impl Splicing {
+impl SplicedModel {
     /// The trees with the parentheses that they need.
-    fn finished(mut self, before: &[Ast], expanded: &Expanded<'_>) -> Vec<Ast> {
+    fn finished(mut self, before: &[Ast], expanded: &FlatModel<'_>) -> Vec<Ast> {
         let same = self.asts[1..] == expanded.asts[1..];
         let folded = same.then(|| parts::fold(before, expanded, &self.asts[0].items)).flatten();
         match folded {
@@ -121,7 +122,7 @@ impl Splicing {
         let model = self.model;
         for item in &mut self.asts[0].items {
             visit::parts_mut(item, &mut |part| {
-                if let Part::Expr(_, expr) = part {
+                if let ItemPart::Expr(_, expr) = part {
                     signs::tidy(expr, &model);
                     parenthesise(expr);
                 }
@@ -143,7 +144,7 @@ impl Splicing {
     }
 
     /// Makes the changes of one application.
-    fn change(&mut self, instance: &Instance, diagnostics: &mut Diagnostics) {
+    fn change(&mut self, instance: &EffectInstance, diagnostics: &mut Diagnostics) {
         let readings: Vec<(&str, Expr)> = instance
             .readings
             .iter()
@@ -161,7 +162,7 @@ impl Splicing {
     }
 
     /// Replaces the names of outputs in the items of an application by the outputs' values.
-    fn read_outputs(&mut self, instance: &Instance, values: &[(&str, &Expr)]) {
+    fn read_outputs(&mut self, instance: &EffectInstance, values: &[(&str, &Expr)]) {
         if values.is_empty() {
             return;
         }
@@ -170,7 +171,7 @@ impl Splicing {
                 && instance.items.iter().any(|own| own == item)
             {
                 visit::parts_mut(item, &mut |part| {
-                    if let Part::Expr(_, expr) = part {
+                    if let ItemPart::Expr(_, expr) = part {
                         substitute(expr, values);
                     }
                 });
@@ -192,11 +193,16 @@ impl Splicing {
             return Some(one.clone());
         }
         let message = format!("output `{}` is not declared once", output.text);
-        diagnostics.error(Diagnostic::new(Code::E212, output.span, message));
+        diagnostics.error(Diagnostic::new(Code::EffectMismatch, output.span, message));
         None
     }
 
-    fn make(&mut self, instance: &Instance, change: &Change, diagnostics: &mut Diagnostics) {
+    fn make(
+        &mut self,
+        instance: &EffectInstance,
+        change: &AppliedChange,
+        diagnostics: &mut Diagnostics,
+    ) {
         match &change.kind {
             ChangeKind::Replace { name, arguments, equation, by } => {
                 let model = self.model.clone();
@@ -238,7 +244,7 @@ impl Splicing {
         let is_known = matches!(name.text.as_str(), "time" | "pi")
             || self.declared.get(Namespace::Value, &name.text).is_some();
         if !is_known {
-            let known = self.declared.of(Namespace::Value);
+            let known = self.declared.names_in(Namespace::Value);
             let message = format!("nothing is called `{}`", name.text);
             diagnostics.error(unknown(name, message, known));
             return;
@@ -256,7 +262,7 @@ impl Splicing {
                 Some(label) => format!("equation `{}` does not use `{}`", label.text, name.text),
             };
             let span = equation.map_or(name.span, |label| label.span);
-            let diagnostic = Diagnostic::new(Code::E212, span, message);
+            let diagnostic = Diagnostic::new(Code::EffectMismatch, span, message);
             let declared = equation.and_then(|l| self.declared.get(Namespace::Equation, &l.text));
             diagnostics.error(match declared {
                 Some(declared) => diagnostic.label(declared.span, "the equation"),
@@ -273,19 +279,19 @@ impl Splicing {
             visit::items_mut(&mut ast.items, &mut |item| read_explicitly(item, splice, unit));
             for item in &mut ast.items {
                 visit::parts_mut(item, &mut |part| {
-                    let Part::Expr(place, expr) = part else { return };
+                    let ItemPart::Expr(place, expr) = part else { return };
                     let hidden: Vec<&str> = match place {
-                        Role::Declaration | Role::Noise(_) => return,
-                        Role::Start if splice.kind != EffectKind::Input => return,
-                        Role::Body(_, arguments) => {
+                        ExprRole::Declaration | ExprRole::Noise(_) => return,
+                        ExprRole::Start if splice.kind != EffectKind::Input => return,
+                        ExprRole::Body(_, arguments) => {
                             arguments.iter().map(|argument| argument.name.text.as_str()).collect()
                         }
-                        Role::Start
-                        | Role::Let(_)
-                        | Role::Output(_)
-                        | Role::Left(_)
-                        | Role::Right(_)
-                        | Role::Transition => Vec::new(),
+                        ExprRole::Start
+                        | ExprRole::Let(_)
+                        | ExprRole::Output(_)
+                        | ExprRole::Left(_)
+                        | ExprRole::Right(_)
+                        | ExprRole::Transition => Vec::new(),
                     };
                     n_uses += splice.replace(expr, &hidden, &mut self.done, diagnostics);
                 });
@@ -302,14 +308,14 @@ impl Splicing {
         diagnostics: &mut Diagnostics,
     ) -> Option<usize> {
         self.verify_equation(label, diagnostics).ok()?;
-        let definitions = Definitions::collect(&self.asts);
+        let definitions = ExpandableDefinitions::collect(&self.asts);
         let done = &mut self.done;
         let mut n_uses = 0;
-        equations_mut(&mut self.asts[0].items, &mut Path::new(), &mut |path, own, sides| {
+        equations_mut(&mut self.asts[0].items, &mut VariantPath::new(), &mut |path, own, sides| {
             if own.text != label.text {
                 return;
             }
-            let opening = Opening::new(splice, &definitions, path, done);
+            let opening = ExpressionExpansion::new(splice, &definitions, path, done);
             for side in sides {
                 opening.open(side, done, diagnostics);
                 n_uses += splice.replace(side, &[], done, diagnostics);
@@ -353,7 +359,7 @@ impl Splicing {
         });
         if n_outputs == 0 {
             let message = format!("there is no output `{}`", output.text);
-            diagnostics.error(unknown(output, message, self.declared.of(Namespace::Output)));
+            diagnostics.error(unknown(output, message, self.declared.names_in(Namespace::Output)));
         }
     }
 
@@ -371,26 +377,34 @@ impl Splicing {
             None => value.clone(),
             Some(blend) => times(blend, value.clone()),
         };
-        equations_mut(&mut self.asts[0].items, &mut Path::new(), &mut |_, own, [_, right]| {
-            if own.text == label.text {
-                add_term(right, &value);
-            }
-        });
+        equations_mut(
+            &mut self.asts[0].items,
+            &mut VariantPath::new(),
+            &mut |_, own, [_, right]| {
+                if own.text == label.text {
+                    add_term(right, &value);
+                }
+            },
+        );
     }
 
-    fn verify_equation(&self, label: &Name, diagnostics: &mut Diagnostics) -> Result<(), Reported> {
+    fn verify_equation(
+        &self,
+        label: &Name,
+        diagnostics: &mut Diagnostics,
+    ) -> Result<(), ErrorReported> {
         if self.declared.get(Namespace::Equation, &label.text).is_some() {
             return Ok(());
         }
         let message = format!("there is no equation `{}`", label.text);
-        let known = self.declared.of(Namespace::Equation);
+        let known = self.declared.names_in(Namespace::Equation);
         Err(diagnostics.error(unknown(label, message, known)))
     }
 }
 
 fn unknown<'a>(name: &Name, message: String, known: impl Iterator<Item = &'a str>) -> Diagnostic {
     let near = suggestion(&name.text, known).map(|near| format!("did you mean `{near}`?"));
-    Diagnostic::new(Code::E201, name.span, message).maybe_help(near)
+    Diagnostic::new(Code::UnknownName, name.span, message).maybe_help(near)
 }
 
 /// The value of an output: by default the unknown of its name.
@@ -400,7 +414,7 @@ fn read_by(name: &Name, value: Option<&Expr>) -> Expr {
 }
 
 /// Writes out the value of an output that has the replaced name.
-fn read_explicitly(item: &mut Item, splice: &Splice<'_>, unit: Option<&Unit>) {
+fn read_explicitly(item: &mut Item, splice: &Splice<'_>, unit: Option<&WrittenUnit>) {
     if let ItemKind::Output { name, unit: declared, value: value @ None, .. } = &mut item.kind
         && name.text == splice.name.text
         && splice.can_replace(name.span)
@@ -415,8 +429,8 @@ fn read_explicitly(item: &mut Item, splice: &Splice<'_>, unit: Option<&Unit>) {
 /// Visits every equation, with the choices that contain it.
 fn equations_mut(
     items: &mut [Item],
-    path: &mut Path,
-    visit: &mut dyn FnMut(&Path, &Name, [&mut Expr; 2]),
+    path: &mut VariantPath,
+    visit: &mut dyn FnMut(&VariantPath, &Name, [&mut Expr; 2]),
 ) {
     for item in items {
         match &mut item.kind {
@@ -477,7 +491,7 @@ fn add_term(right: &mut Expr, value: &Expr) {
 fn times(blend: &str, value: Expr) -> Expr {
     let span = value.span;
     let blend = Expr { span, kind: ExprKind::Name(blend.to_owned()) };
-    let factors = vec![(Factor::Times, blend), (Factor::Times, value)];
+    let factors = vec![(FactorSide::Times, blend), (FactorSide::Times, value)];
     Expr { span, kind: ExprKind::Product(factors) }
 }
 

@@ -3,7 +3,7 @@
 use super::Effect;
 use crate::expr::Symbol;
 use crate::model::Model;
-use crate::syntax::ast::{Slot, SlotKind, Target};
+use crate::syntax::ast::{EffectTarget, SlotKind, TemplateSlot};
 use crate::units::{Dimension, parse_unit};
 
 /// All lists of arguments that an effect can have in a model, in the order of the model's items.
@@ -14,9 +14,9 @@ use crate::units::{Dimension, parse_unit};
 /// other is the negative of the reverse flow.
 pub fn bind(effect: &Effect, model: &Model) -> Vec<Vec<String>> {
     let slots = match &effect.target {
-        Target::Model(name) if name.text == model.name => return vec![Vec::new()],
-        Target::Model(_) => return Vec::new(),
-        Target::Template(slots) => slots,
+        EffectTarget::Model(name) if name.text == model.name => return vec![Vec::new()],
+        EffectTarget::Model(_) => return Vec::new(),
+        EffectTarget::Template(slots) => slots,
     };
     let mut lists: Vec<Vec<String>> = vec![Vec::new()];
     for slot in slots {
@@ -34,7 +34,7 @@ pub fn bind(effect: &Effect, model: &Model) -> Vec<Vec<String>> {
 }
 
 /// Whether each equation that follows a state contains its derivative, and several states are in order.
-fn are_balances_in_order(slots: &[Slot], list: &[String], model: &Model) -> bool {
+fn are_balances_in_order(slots: &[TemplateSlot], list: &[String], model: &Model) -> bool {
     let kinds: Vec<SlotKind> = slots.iter().map(|slot| slot.kind).collect();
     let pairs: Vec<usize> = (0..kinds.len().saturating_sub(1))
         .filter(|&k| kinds[k..k + 2] == [SlotKind::State, SlotKind::Equation])
@@ -57,7 +57,7 @@ fn are_balances_in_order(slots: &[Slot], list: &[String], model: &Model) -> bool
 }
 
 /// The names of a model with the kind and the dimension of a slot, except those of exact equations, which lack no term.
-fn candidates<'a>(slot: &Slot, model: &'a Model) -> Vec<&'a str> {
+fn candidates<'a>(slot: &TemplateSlot, model: &'a Model) -> Vec<&'a str> {
     let named: Vec<(&str, Dimension)> = match slot.kind {
         SlotKind::Input => {
             let inputs = model.inputs.iter().map(|input| &input.declared);

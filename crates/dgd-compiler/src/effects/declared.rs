@@ -4,31 +4,31 @@ use std::collections::BTreeMap;
 
 use crate::model::Model;
 use crate::source::Span;
-use crate::syntax::ast::{Ast, ItemKind, Name, SlotKind, Unit, UnknownKind};
+use crate::syntax::ast::{Ast, ItemKind, Name, SlotKind, UnknownKind, WrittenUnit};
 use crate::syntax::visit::{self, Namespace};
 use crate::units::Dimension;
 
 /// A name that is declared.
 #[derive(Debug, Clone)]
-pub(super) struct Declared {
+pub(super) struct DeclaredName {
     /// Place of its first declaration.
     pub(super) span: Span,
     /// Its kind, if a template can have a slot of that kind.
     pub(super) kind: Option<SlotKind>,
     /// Its unit.
-    pub(super) unit: Option<Unit>,
+    pub(super) unit: Option<WrittenUnit>,
 }
 
 /// Names, by namespace.
 #[derive(Debug, Clone, Default)]
-pub(super) struct Declarations {
-    names: BTreeMap<(Namespace, String), Declared>,
+pub(super) struct NameDeclarations {
+    names: BTreeMap<(Namespace, String), DeclaredName>,
 }
 
-impl Declarations {
+impl NameDeclarations {
     /// Collects the declarations of a model, its libraries and all its variants.
-    pub(super) fn collect(asts: &[Ast]) -> Declarations {
-        let mut declarations = Declarations::default();
+    pub(super) fn collect(asts: &[Ast]) -> NameDeclarations {
+        let mut declarations = NameDeclarations::default();
         for ast in asts {
             visit::items(&ast.items, &mut |item| {
                 let (namespace, name, unit, kind) = match &item.kind {
@@ -72,7 +72,7 @@ impl Declarations {
                     ItemKind::Variant { name, .. } => (Namespace::Variant, name, None, None),
                     ItemKind::Modes { name, .. } => (Namespace::Modes, name, None, None),
                 };
-                let declared = Declared { span: name.span, kind, unit };
+                let declared = DeclaredName { span: name.span, kind, unit };
                 declarations.names.entry((namespace, name.text.clone())).or_insert(declared);
             });
         }
@@ -82,7 +82,7 @@ impl Declarations {
     /// Gives each equation the unit of its terms in the model, and a `let` without a unit that of an unknown or of its
     /// rate with the same dimension; otherwise its SI unit in the model's spelling.
     pub(super) fn give_units(&mut self, model: &Model) {
-        let second = Dimension::of([0, 0, 1, 0, 0, 0, 0]);
+        let second = Dimension::from_exponents([0, 0, 1, 0, 0, 0, 0]);
         let measured = |dimension: Dimension| {
             let units = || model.unknowns.iter().map(|unknown| &unknown.declared.unit);
             let same = units().find(|unit| unit.dimension == dimension);
@@ -99,13 +99,13 @@ impl Declarations {
             if let Some(declared) = self.names.get_mut(&key) {
                 let text = measured(dimension);
                 let text = text.unwrap_or_else(|| model.spelling(dimension));
-                declared.unit.get_or_insert(Unit::new(declared.span, text));
+                declared.unit.get_or_insert(WrittenUnit::new(declared.span, text));
             }
         }
     }
 
     /// The declaration of a name.
-    pub(super) fn get(&self, namespace: Namespace, name: &str) -> Option<&Declared> {
+    pub(super) fn get(&self, namespace: Namespace, name: &str) -> Option<&DeclaredName> {
         self.names.get(&(namespace, name.to_owned()))
     }
 
@@ -115,18 +115,18 @@ impl Declarations {
         if let Some(earlier) = self.names.get(&key) {
             return Err(earlier.span);
         }
-        self.names.insert(key, Declared { span: name.span, kind: None, unit: None });
+        self.names.insert(key, DeclaredName { span: name.span, kind: None, unit: None });
         Ok(())
     }
 
     /// All names of a namespace.
-    pub(super) fn of(&self, namespace: Namespace) -> impl Iterator<Item = &str> {
+    pub(super) fn names_in(&self, namespace: Namespace) -> impl Iterator<Item = &str> {
         let keys = self.names.keys().filter(move |(of, _)| *of == namespace);
         keys.map(|(_, name)| name.as_str())
     }
 
     /// The unit of a quantity; an output without one has that of its unknown.
-    pub(super) fn unit(&self, namespace: Namespace, name: &str) -> Option<&Unit> {
+    pub(super) fn unit(&self, namespace: Namespace, name: &str) -> Option<&WrittenUnit> {
         let unit = self.get(namespace, name)?.unit.as_ref();
         unit.or_else(|| match namespace {
             Namespace::Output => self.get(Namespace::Value, name)?.unit.as_ref(),

@@ -10,10 +10,10 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use super::declared::Declarations;
-use super::instance::{ChangeKind, Instance};
-use super::{Application, Blending, units};
-use crate::diagnostics::{Diagnostics, Reported};
+use super::declared::NameDeclarations;
+use super::instance::{ChangeKind, EffectInstance};
+use super::{EffectApplication, EffectBlending, units};
+use crate::diagnostics::{Diagnostics, ErrorReported};
 use crate::model::{ModelOptions, resolve};
 use crate::parts;
 use crate::syntax::ast::{Ast, Expr, ExprKind, ItemKind};
@@ -22,37 +22,45 @@ use crate::syntax::visit::{self, Namespace};
 
 /// The names that an effect replaces in a model, and those that it hides there.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
-pub struct Reach {
+pub struct EffectReach {
     replaced: BTreeSet<(Namespace, String)>,
     hidden: BTreeSet<(Namespace, String)>,
     /// It replaces an unknown, which any equation may help to determine.
     hides_everything: bool,
 }
 
-impl Reach {
+impl EffectReach {
     /// The reach of an application; `asts` are the model's tree and those of its imports.
     ///
     /// # Errors
     ///
-    /// [`Reported`] if the effect does not fit the model.
+    /// [`ErrorReported`] if the effect does not fit the model.
     ///
     /// # Panics
     ///
     /// If `asts` is empty: a compilation has a main file.
-    pub fn of(asts: &[Ast], application: &Application<'_>) -> Result<Reach, Reported> {
+    pub fn find(
+        asts: &[Ast],
+        application: &EffectApplication<'_>,
+    ) -> Result<EffectReach, ErrorReported> {
         let mut diagnostics = Diagnostics::default();
         let expanded = parts::expand(asts, &mut diagnostics)?;
-        let mut declared = Declarations::collect(&expanded.asts);
+        let mut declared = NameDeclarations::collect(&expanded.asts);
         if units::of_equations(application.effect)
             && let Ok(model) = resolve(asts, &ModelOptions::default(), &mut diagnostics)
         {
             declared.give_units(&model);
         }
         let mut diagnostics = Diagnostics::default();
-        let instance =
-            Instance::new(application, &asts[0], &mut declared, Blending::Null, &mut diagnostics)?;
-        let definitions = Definitions::collect(&expanded.asts);
-        let mut reach = Reach::default();
+        let instance = EffectInstance::new(
+            application,
+            &asts[0],
+            &mut declared,
+            EffectBlending::Null,
+            &mut diagnostics,
+        )?;
+        let definitions = ModelDefinitions::collect(&expanded.asts);
+        let mut reach = EffectReach::default();
         // A blend keeps the old value.
         let is_blended = instance.brought.blend.is_some();
         for change in &instance.changes {
@@ -75,8 +83,8 @@ impl Reach {
     }
 
     /// Whether one of two effects hides the other, so that they cannot be blended in together.
-    pub fn excludes(&self, other: &Reach) -> bool {
-        let hides = |one: &Reach, other: &Reach| {
+    pub fn excludes(&self, other: &EffectReach) -> bool {
+        let hides = |one: &EffectReach, other: &EffectReach| {
             one.hides_everything || !one.hidden.is_disjoint(&other.replaced)
         };
         hides(self, other) || hides(other, self)
@@ -85,15 +93,15 @@ impl Reach {
 
 /// The definitions of a model's names.
 #[derive(Debug, Default)]
-struct Definitions {
+struct ModelDefinitions {
     /// Names that `let`s, functions and outputs read.
     reads: BTreeMap<(Namespace, String), BTreeSet<String>>,
     unknowns: BTreeSet<(Namespace, String)>,
 }
 
-impl Definitions {
-    fn collect(asts: &[Ast]) -> Definitions {
-        let mut definitions = Definitions::default();
+impl ModelDefinitions {
+    fn collect(asts: &[Ast]) -> ModelDefinitions {
+        let mut definitions = ModelDefinitions::default();
         for ast in asts {
             visit::items(&ast.items, &mut |item| match &item.kind {
                 ItemKind::Let { name, value, .. } => {
@@ -186,7 +194,7 @@ fn surely_reads(expr: &Expr, name: &str) -> bool {
 mod tests {
     use super::*;
     use crate::effects::Effect;
-    use crate::source::{Source, Sources};
+    use crate::source::{SourceMap, SourceText};
     use crate::syntax::parse;
 
     const REACTOR: &str = "\
@@ -205,9 +213,9 @@ output r [1/s] = rate
 
     /// Whether two effects exclude each other, given their clauses; each adds `a`, which is zero at its null.
     fn exclude(one: &str, other: &str) -> bool {
-        let (mut sources, mut diagnostics) = (Sources::default(), Diagnostics::default());
+        let (mut sources, mut diagnostics) = (SourceMap::default(), Diagnostics::default());
         let mut parsed = |text: String| {
-            let id = sources.add(Source { name: "test.dgd".to_owned(), text });
+            let id = sources.add(SourceText { name: "test.dgd".to_owned(), text });
             parse(id, &sources, &mut diagnostics).expect("it is sound")
         };
         let model = [parsed(REACTOR.to_owned())];
@@ -218,8 +226,8 @@ output r [1/s] = rate
         let mut reach = |ast: Ast| {
             let effect = Effect::read(ast, &mut diagnostics).expect("an effect");
             let span = effect.name.span;
-            let application = Application { effect: &effect, arguments: Vec::new(), span };
-            Reach::of(&model, &application).expect("it fits")
+            let application = EffectApplication { effect: &effect, arguments: Vec::new(), span };
+            EffectReach::find(&model, &application).expect("it fits")
         };
         let (one, other) = (reach(one), reach(other));
         assert_eq!(one.excludes(&other), other.excludes(&one));

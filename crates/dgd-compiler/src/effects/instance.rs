@@ -1,21 +1,21 @@
 //! One application of an effect, with its names in the model.
 
-use super::declared::{Declarations, namespace_of, noun};
+use super::declared::{NameDeclarations, namespace_of, noun};
 use super::splice::mentions;
-use super::{Application, Blending, Brought, units};
-use crate::diagnostics::{Code, Diagnostic, Diagnostics, Reported, suggestion};
+use super::{AddedItems, EffectApplication, EffectBlending, units};
+use crate::diagnostics::{Code, Diagnostic, Diagnostics, ErrorReported, suggestion};
 use crate::source::Span;
 use crate::syntax::ast::{
-    Ast, Attribute, AttributeKind, Clause, ClauseKind, EffectKind, Expr, ExprKind, Item, ItemKind,
-    Name, Slot, SlotKind, Target,
+    Ast, Attribute, AttributeKind, ClauseKind, EffectClause, EffectKind, EffectTarget, Expr,
+    ExprKind, Item, ItemKind, Name, SlotKind, TemplateSlot,
 };
 use crate::syntax::rename::Renaming;
-use crate::syntax::visit::{self, Namespace, Part, units_of_expression_mut, units_of_item_mut};
+use crate::syntax::visit::{self, ItemPart, Namespace, units_of_expression_mut, units_of_item_mut};
 use crate::units::parse_unit;
 
 /// A change made by an effect, in the names of the model.
 #[derive(Debug, Clone)]
-pub(super) struct Change {
+pub(super) struct AppliedChange {
     /// The clause's place.
     pub(super) span: Span,
     pub(super) kind: ChangeKind,
@@ -33,16 +33,16 @@ pub(super) enum ChangeKind {
 
 /// The items and changes of one application.
 #[derive(Debug, Clone)]
-pub(super) struct Instance {
+pub(super) struct EffectInstance {
     pub(super) kind: EffectKind,
     pub(super) items: Vec<Item>,
-    pub(super) changes: Vec<Change>,
+    pub(super) changes: Vec<AppliedChange>,
     /// Names that represent the values of outputs, with the outputs.
     pub(super) readings: Vec<(String, Name)>,
-    pub(super) brought: Brought,
+    pub(super) brought: AddedItems,
 }
 
-impl Instance {
+impl EffectInstance {
     /// Names of the model that it replaces.
     pub(super) fn replaced(&self) -> impl Iterator<Item = &str> {
         self.changes.iter().filter_map(|change| match &change.kind {
@@ -61,15 +61,15 @@ impl Instance {
     }
 }
 
-impl Instance {
+impl EffectInstance {
     /// Translates an effect's names to their names in the model, and adds them to `declared`.
     pub(super) fn new(
-        application: &Application<'_>,
+        application: &EffectApplication<'_>,
         model: &Ast,
-        declared: &mut Declarations,
-        blending: Blending,
+        declared: &mut NameDeclarations,
+        blending: EffectBlending,
         diagnostics: &mut Diagnostics,
-    ) -> Result<Instance, Reported> {
+    ) -> Result<EffectInstance, ErrorReported> {
         let effect = application.effect;
         let bound = bound(application, model, declared, diagnostics)?;
         let mut names = Renaming::default();
@@ -83,17 +83,17 @@ impl Instance {
                 }
             }
         }
-        let mut brought = Brought {
+        let mut brought = AddedItems {
             name: application.name(),
             doc: effect.doc.clone(),
             source: effect.ast.source,
-            ..Brought::default()
+            ..AddedItems::default()
         };
-        let mut naming = Naming { application, declared, blending, diagnostics };
+        let mut naming = EffectNaming { application, declared, blending, diagnostics };
         let mut items = effect.ast.items.clone();
         for item in &mut items {
             visit::parts_mut(item, &mut |part| {
-                let Part::Declares(namespace, name) = part else { return };
+                let ItemPart::Declares(namespace, name) = part else { return };
                 if names.contains(namespace, &name.text) {
                     return; // declared in another choice of a variant
                 }
@@ -107,15 +107,17 @@ impl Instance {
         let mut changes = Vec::new();
         for clause in clauses {
             match change(clause, &names, &readings) {
-                Translated::Null(name, value) => nulls.push((name, value)),
-                Translated::Change(kind) => changes.push(Change { span: clause.span, kind }),
-                Translated::Nothing => {}
+                TranslatedClause::Null(name, value) => nulls.push((name, value)),
+                TranslatedClause::Change(kind) => {
+                    changes.push(AppliedChange { span: clause.span, kind })
+                }
+                TranslatedClause::Nothing => {}
             }
         }
-        if blending == Blending::Blended {
+        if blending == EffectBlending::Blended {
             nulls.clear();
         }
-        if blending != Blending::Applied && nulls.is_empty() && effect.changes_model() {
+        if blending != EffectBlending::Applied && nulls.is_empty() && effect.changes_model() {
             let blend =
                 Name { text: format!("blend_{}", effect.name.text), span: effect.name.span };
             let text = naming.named(Namespace::Value, &blend);
@@ -144,12 +146,12 @@ impl Instance {
             }
             if let Some((_, null)) = nulls.iter().find(|(null, _)| null.text == name.text) {
                 brought.null.push(name.text.clone());
-                if blending == Blending::Null {
+                if blending == EffectBlending::Null {
                     *value = null.clone();
                 }
             }
         });
-        Ok(Instance { kind: effect.kind, items, changes, readings, brought })
+        Ok(EffectInstance { kind: effect.kind, items, changes, readings, brought })
     }
 }
 
@@ -165,13 +167,17 @@ impl ChangeKind {
 }
 
 /// A clause in the model's names.
-enum Translated {
+enum TranslatedClause {
     Null(Name, Expr),
     Change(ChangeKind),
     Nothing,
 }
 
-fn change(clause: &Clause, names: &Renaming, readings: &[(String, Name)]) -> Translated {
+fn change(
+    clause: &EffectClause,
+    names: &Renaming,
+    readings: &[(String, Name)],
+) -> TranslatedClause {
     let renamed = |namespace: Namespace, name: &Name| {
         let mut name = name.clone();
         names.rename(namespace, &mut name);
@@ -184,12 +190,12 @@ fn change(clause: &Clause, names: &Renaming, readings: &[(String, Name)]) -> Tra
         expr
     };
     match &clause.kind {
-        ClauseKind::Kind(_) | ClauseKind::Form(_) => Translated::Nothing,
+        ClauseKind::Kind(_) | ClauseKind::Form(_) => TranslatedClause::Nothing,
         ClauseKind::Null { name, value } => {
-            Translated::Null(renamed(Namespace::Value, name), expression(value, &[]))
+            TranslatedClause::Null(renamed(Namespace::Value, name), expression(value, &[]))
         }
         ClauseKind::Replace { name, arguments, equation, by } => {
-            Translated::Change(ChangeKind::Replace {
+            TranslatedClause::Change(ChangeKind::Replace {
                 name: renamed(Namespace::Value, name),
                 arguments: arguments.clone(),
                 equation: equation.as_ref().map(|label| renamed(Namespace::Equation, label)),
@@ -199,13 +205,13 @@ fn change(clause: &Clause, names: &Renaming, readings: &[(String, Name)]) -> Tra
         ClauseKind::ReplaceOutput { output, by } => {
             let argument = readings.iter().find(|(slot, _)| *slot == output.text);
             let text = argument.map_or(&output.text, |(_, argument)| &argument.text).clone();
-            Translated::Change(ChangeKind::Output {
+            TranslatedClause::Change(ChangeKind::Output {
                 output: Name { text, span: output.span },
                 own: output.text.clone(),
                 by: expression(by, &[]),
             })
         }
-        ClauseKind::Add { value, equation } => Translated::Change(ChangeKind::Add {
+        ClauseKind::Add { value, equation } => TranslatedClause::Change(ChangeKind::Add {
             equation: renamed(Namespace::Equation, equation),
             value: expression(value, &[]),
         }),
@@ -213,14 +219,14 @@ fn change(clause: &Clause, names: &Renaming, readings: &[(String, Name)]) -> Tra
 }
 
 /// Finds names for the declarations of an effect.
-struct Naming<'a, 'd> {
-    application: &'a Application<'a>,
-    declared: &'d mut Declarations,
-    blending: Blending,
+struct EffectNaming<'a, 'd> {
+    application: &'a EffectApplication<'a>,
+    declared: &'d mut NameDeclarations,
+    blending: EffectBlending,
     diagnostics: &'d mut Diagnostics,
 }
 
-impl Naming<'_, '_> {
+impl EffectNaming<'_, '_> {
     /// The name of a declaration in the model, followed by the arguments.
     ///
     /// If many effects are tried at a time, a name that is taken is followed by the effect's.
@@ -235,7 +241,7 @@ impl Naming<'_, '_> {
         let Err(earlier) = self.declared.insert(namespace, &first) else {
             return first.text;
         };
-        if self.blending != Blending::Applied {
+        if self.blending != EffectBlending::Applied {
             let effect_name = effect.full_name().replace('/', "_");
             let text = format!("{}_{effect_name}{suffix}", name.text);
             let second = Name { text, span: name.span };
@@ -248,8 +254,9 @@ impl Naming<'_, '_> {
             effect.full_name(),
             first.text
         );
-        self.diagnostics
-            .error(Diagnostic::new(Code::E202, name.span, message).label(earlier, "first here"));
+        self.diagnostics.error(
+            Diagnostic::new(Code::DuplicateName, name.span, message).label(earlier, "first here"),
+        );
         first.text
     }
 }
@@ -273,16 +280,16 @@ fn blend_parameter(name: Name) -> Item {
 
 /// The slots of an effect with their arguments, after checking them.
 fn bound<'a>(
-    application: &'a Application<'_>,
+    application: &'a EffectApplication<'_>,
     model: &Ast,
-    declared: &Declarations,
+    declared: &NameDeclarations,
     diagnostics: &mut Diagnostics,
-) -> Result<Vec<(&'a Slot, &'a Name)>, Reported> {
+) -> Result<Vec<(&'a TemplateSlot, &'a Name)>, ErrorReported> {
     let effect = application.effect;
     let full_name = effect.full_name();
-    let misfit = |span: Span, message: String| Diagnostic::new(Code::E212, span, message);
+    let misfit = |span: Span, message: String| Diagnostic::new(Code::EffectMismatch, span, message);
     let slots = match &effect.target {
-        Target::Model(target) => {
+        EffectTarget::Model(target) => {
             let header = model.model.as_ref();
             if header.is_none_or(|header| header.name.text != target.text) {
                 let message = format!("effect `{full_name}` is for model `{}`", target.text);
@@ -297,7 +304,7 @@ fn bound<'a>(
             }
             &[]
         }
-        Target::Template(slots) => slots.as_slice(),
+        EffectTarget::Template(slots) => slots.as_slice(),
     };
     if slots.len() != application.arguments.len() {
         let (wanted, given) = (slots.len(), application.arguments.len());
@@ -316,7 +323,7 @@ fn bound<'a>(
         return Err(diagnostics.error(misfit(application.span, message).help(help)));
     }
     let mut problems = Diagnostics::default();
-    let bound: Vec<(&Slot, &Name)> = slots.iter().zip(&application.arguments).collect();
+    let bound: Vec<(&TemplateSlot, &Name)> = slots.iter().zip(&application.arguments).collect();
     for (slot, argument) in &bound {
         let declaration = declared.get(namespace_of(slot.kind), &argument.text);
         let fits = |kind: Option<SlotKind>| kind.is_some_and(|kind| kind.fits(slot.kind));
@@ -326,7 +333,7 @@ fn bound<'a>(
                 "`{}` is not {is} of the model, which `{}` must be",
                 argument.text, slot.name.text
             );
-            let known = declared.of(namespace_of(slot.kind)).filter(|name| {
+            let known = declared.names_in(namespace_of(slot.kind)).filter(|name| {
                 fits(declared.get(namespace_of(slot.kind), name).and_then(|d| d.kind))
             });
             let near =
@@ -348,7 +355,12 @@ fn bound<'a>(
 }
 
 /// Checks that an argument has the dimension of its slot.
-fn verify_dimension(slot: &Slot, argument: &Name, declared: &Declarations, own: &mut Diagnostics) {
+fn verify_dimension(
+    slot: &TemplateSlot,
+    argument: &Name,
+    declared: &NameDeclarations,
+    own: &mut Diagnostics,
+) {
     if matches!(slot.kind, SlotKind::Equation | SlotKind::Let) {
         return; // which is known when its units are checked
     }
@@ -363,7 +375,7 @@ fn verify_dimension(slot: &Slot, argument: &Name, declared: &Declarations, own: 
             argument.text, slot.name.text, wanted.symbol
         );
         own.error(
-            Diagnostic::new(Code::E212, argument.span, message)
+            Diagnostic::new(Code::EffectMismatch, argument.span, message)
                 .label(slot.name.span, "asked for here"),
         );
     }

@@ -8,10 +8,10 @@
 //! |---|---|---|---|
 //! | 1 | [`Effect::read`] | a parsed file | [`Effect`]: complete and consistent |
 //! | 2 | [`bind`] | `Effect`, `Model` | the arguments that a template can have there |
-//! | 3 | [`apply`] | trees of the model, [`Application`]s | [`Applied`]: the changed trees |
+//! | 3 | [`apply`] | trees of the model, [`EffectApplication`]s | [`ModelWithEffects`]: the changed trees |
 //! | 4 | [`write()`] | trees before and after | text |
 //!
-//! [`Reach`] decides which effects can be blended in together.
+//! [`EffectReach`] decides which effects can be blended in together.
 
 mod apply;
 mod bind;
@@ -29,11 +29,11 @@ mod write;
 mod tests;
 
 use crate::source::{SourceId, Span};
-use crate::syntax::ast::{Ast, EffectKind, Name, Target};
+use crate::syntax::ast::{Ast, EffectKind, EffectTarget, Name};
 
 pub use apply::apply;
 pub use bind::bind;
-pub use exclusive::Reach;
+pub use exclusive::EffectReach;
 pub use write::write;
 
 /// An effect: its kind, its items and its changes.
@@ -48,7 +48,7 @@ pub struct Effect {
     /// Doc comment above it.
     pub doc: Vec<String>,
     /// Its possible targets.
-    pub target: Target,
+    pub target: EffectTarget,
     /// The file: items, and clauses after `effect`.
     pub ast: Ast,
 }
@@ -65,7 +65,7 @@ impl Effect {
 
 /// An effect with its arguments.
 #[derive(Debug, Clone)]
-pub struct Application<'a> {
+pub struct EffectApplication<'a> {
     /// The effect.
     pub effect: &'a Effect,
     /// Names in the model, one for each argument of a template; none for an effect `on` a model.
@@ -74,7 +74,7 @@ pub struct Application<'a> {
     pub span: Span,
 }
 
-impl Application<'_> {
+impl EffectApplication<'_> {
     /// Its source form: `gain_error(q_ssp)`.
     pub fn name(&self) -> String {
         let arguments: Vec<&str> = self.arguments.iter().map(|name| name.text.as_str()).collect();
@@ -87,7 +87,7 @@ impl Application<'_> {
 
 /// The share of an effect that acts in the model.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Blending {
+pub enum EffectBlending {
     /// Full effect. Two plant effects that replace the same use are refused.
     Applied,
     /// No effect at the values of the parameters: those named by `null` have their null value, and an effect without
@@ -99,16 +99,16 @@ pub enum Blending {
 
 /// A model with effects.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Applied {
+pub struct ModelWithEffects {
     /// The model's tree, then those of its libraries, as stage 2 expects them.
     pub asts: Vec<Ast>,
     /// The items of each application, in the given order.
-    pub brought: Vec<Brought>,
+    pub brought: Vec<AddedItems>,
 }
 
 /// The items that one application added to a model, by their names there.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
-pub struct Brought {
+pub struct AddedItems {
     /// The application in source form.
     pub name: String,
     /// Doc comment of the effect.

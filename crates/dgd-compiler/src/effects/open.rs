@@ -2,9 +2,9 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use super::splice::{Done, Splice, is_derivative, substitute, too_large};
+use super::splice::{Splice, SpliceResults, is_derivative, substitute, too_large};
 use crate::diagnostics::{Code, Diagnostic, Diagnostics};
-use crate::syntax::ast::{Argument, Ast, Expr, ExprKind, Item, ItemKind};
+use crate::syntax::ast::{Ast, Expr, ExprKind, FormalArgument, Item, ItemKind};
 use crate::syntax::local::without_lets;
 use crate::syntax::visit;
 
@@ -12,33 +12,33 @@ use crate::syntax::visit;
 const DEEPEST: usize = 256;
 
 /// The choices of variants that contain an item: variant and choice, outermost first.
-pub(super) type Path = Vec<(String, usize)>;
+pub(super) type VariantPath = Vec<(String, usize)>;
 
 /// A `let` or a function of the model.
 #[derive(Debug, Clone)]
-struct Definition {
-    path: Path,
-    arguments: Vec<Argument>,
+struct ExpandableDefinition {
+    path: VariantPath,
+    arguments: Vec<FormalArgument>,
     value: Expr,
 }
 
 /// All definitions that can be expanded, by name.
 #[derive(Debug, Default)]
-pub(super) struct Definitions {
-    all: BTreeMap<String, Vec<Definition>>,
+pub(super) struct ExpandableDefinitions {
+    all: BTreeMap<String, Vec<ExpandableDefinition>>,
 }
 
-impl Definitions {
+impl ExpandableDefinitions {
     /// The current definitions of a model and its libraries.
-    pub(super) fn collect(asts: &[Ast]) -> Definitions {
-        let mut definitions = Definitions::default();
+    pub(super) fn collect(asts: &[Ast]) -> ExpandableDefinitions {
+        let mut definitions = ExpandableDefinitions::default();
         for ast in asts {
-            definitions.collect_items(&ast.items, &mut Path::new());
+            definitions.collect_items(&ast.items, &mut VariantPath::new());
         }
         definitions
     }
 
-    fn collect_items(&mut self, items: &[Item], path: &mut Path) {
+    fn collect_items(&mut self, items: &[Item], path: &mut VariantPath) {
         for item in items {
             let (name, arguments, value) = match &item.kind {
                 ItemKind::Let { name, value, .. } => (name, &[][..], value.clone()),
@@ -74,38 +74,39 @@ impl Definitions {
                 | ItemKind::For { .. } => continue,
             };
             let definition =
-                Definition { path: path.clone(), arguments: arguments.to_vec(), value };
+                ExpandableDefinition { path: path.clone(), arguments: arguments.to_vec(), value };
             self.all.entry(name.text.clone()).or_default().push(definition);
         }
     }
 }
 
 /// Expands an equation's expressions for one splice.
-pub(super) struct Opening<'a> {
+pub(super) struct ExpressionExpansion<'a> {
     splice: &'a Splice<'a>,
-    definitions: &'a Definitions,
+    definitions: &'a ExpandableDefinitions,
     /// The choices that contain the equation.
-    path: &'a Path,
+    path: &'a VariantPath,
     /// Names whose definitions lead to a use.
     leading: BTreeSet<&'a str>,
 }
 
-impl<'a> Opening<'a> {
+impl<'a> ExpressionExpansion<'a> {
     pub(super) fn new(
         splice: &'a Splice<'a>,
-        definitions: &'a Definitions,
-        path: &'a Path,
-        done: &Done,
-    ) -> Opening<'a> {
-        let mut opening = Opening { splice, definitions, path, leading: BTreeSet::new() };
+        definitions: &'a ExpandableDefinitions,
+        path: &'a VariantPath,
+        done: &SpliceResults,
+    ) -> ExpressionExpansion<'a> {
+        let mut opening =
+            ExpressionExpansion { splice, definitions, path, leading: BTreeSet::new() };
         opening.leading = opening.leading_names(done);
         opening
     }
 
     /// The definitions of a name that can be active together with the equation.
-    fn definitions_of(&self, name: &str) -> Vec<&'a Definition> {
+    fn definitions_of(&self, name: &str) -> Vec<&'a ExpandableDefinition> {
         let candidates = self.definitions.all.get(name).map_or(&[][..], Vec::as_slice);
-        let agrees = |definition: &&Definition| {
+        let agrees = |definition: &&ExpandableDefinition| {
             definition.path.iter().all(|(variant, choice)| {
                 self.path.iter().all(|(other, chosen)| other != variant || chosen == choice)
             })
@@ -114,7 +115,7 @@ impl<'a> Opening<'a> {
     }
 
     /// Names whose definitions use the replaced name, directly or through others.
-    fn leading_names(&self, done: &Done) -> BTreeSet<&'a str> {
+    fn leading_names(&self, done: &SpliceResults) -> BTreeSet<&'a str> {
         let mut users: BTreeMap<&str, Vec<&'a str>> = BTreeMap::new();
         let mut pending: Vec<&'a str> = Vec::new();
         for name in self.definitions.all.keys().filter(|name| **name != self.splice.name.text) {
@@ -144,7 +145,7 @@ impl<'a> Opening<'a> {
         &self,
         expr: &'a Expr,
         hidden: &[&str],
-        done: &Done,
+        done: &SpliceResults,
         read: &mut BTreeSet<&'a str>,
     ) -> bool {
         if self.splice.is_use(expr, hidden, &done.replaced) {
@@ -170,7 +171,12 @@ impl<'a> Opening<'a> {
     }
 
     /// Replaces names and calls that lead to a use by their definitions.
-    pub(super) fn open(&self, expr: &mut Expr, done: &mut Done, diagnostics: &mut Diagnostics) {
+    pub(super) fn open(
+        &self,
+        expr: &mut Expr,
+        done: &mut SpliceResults,
+        diagnostics: &mut Diagnostics,
+    ) {
         self.open_within(expr, 0, done, diagnostics);
     }
 
@@ -178,7 +184,7 @@ impl<'a> Opening<'a> {
         &self,
         expr: &mut Expr,
         nesting: usize,
-        done: &mut Done,
+        done: &mut SpliceResults,
         diagnostics: &mut Diagnostics,
     ) {
         if nesting > DEEPEST || done.is_too_much() {
@@ -206,7 +212,7 @@ impl<'a> Opening<'a> {
                 "`{name}`, through which the equation uses `{replaced}`, is defined more than once"
             );
             diagnostics.error(
-                Diagnostic::new(Code::E212, self.splice.clause, message)
+                Diagnostic::new(Code::EffectMismatch, self.splice.clause, message)
                     .label(expr.span, "used here")
                     .help(format!("to replace `{replaced}` everywhere, leave out `in`")),
             );

@@ -3,10 +3,12 @@
 use std::collections::BTreeMap;
 
 use super::Effect;
-use crate::diagnostics::{Code, Diagnostic, Diagnostics, Reported, suggestion};
+use crate::diagnostics::{Code, Diagnostic, Diagnostics, ErrorReported, suggestion};
 use crate::source::Span;
-use crate::syntax::ast::{Ast, Clause, ClauseKind, EffectHeader, ItemKind, Name, Slot, Target};
-use crate::syntax::visit::{self, Part};
+use crate::syntax::ast::{
+    Ast, ClauseKind, EffectClause, EffectHeader, EffectTarget, ItemKind, Name, TemplateSlot,
+};
+use crate::syntax::visit::{self, ItemPart};
 use crate::units::parse_unit;
 
 impl Effect {
@@ -14,14 +16,18 @@ impl Effect {
     ///
     /// # Errors
     ///
-    /// [`Reported`] if the file is not an effect, lacks its `kind`, repeats a clause that is allowed only once, changes
+    /// [`ErrorReported`] if the file is not an effect, lacks its `kind`, repeats a clause that is allowed only once, changes
     /// nothing, or refers to arguments and parameters that it does not have.
-    pub fn read(ast: Ast, diagnostics: &mut Diagnostics) -> Result<Effect, Reported> {
+    pub fn read(ast: Ast, diagnostics: &mut Diagnostics) -> Result<Effect, ErrorReported> {
         let Some(header) = &ast.effect else {
             let start = Span { source: ast.source, start: 0, end: 0 };
             return Err(diagnostics.error(
-                Diagnostic::new(Code::E113, start, "this file does not say which effect it is")
-                    .help("begin it with `effect NAME on MODEL` or `effect NAME(y: output)`"),
+                Diagnostic::new(
+                    Code::NoModelLine,
+                    start,
+                    "this file does not say which effect it is",
+                )
+                .help("begin it with `effect NAME on MODEL` or `effect NAME(y: output)`"),
             ));
         };
         let mut problems = Diagnostics::default();
@@ -61,8 +67,8 @@ impl Effect {
         verify_nulls(&ast, header, &mut problems);
         verify_items(&ast, &mut problems);
         let slots = match &header.target {
-            Target::Model(_) => &[],
-            Target::Template(slots) => slots.as_slice(),
+            EffectTarget::Model(_) => &[],
+            EffectTarget::Template(slots) => slots.as_slice(),
         };
         verify_slots(&ast, slots, &mut problems);
         for diagnostic in problems.sorted() {
@@ -84,7 +90,7 @@ impl Effect {
 }
 
 fn incomplete(span: Span, message: impl Into<String>) -> Diagnostic {
-    Diagnostic::new(Code::E213, span, message)
+    Diagnostic::new(Code::IncompleteEffect, span, message)
 }
 
 /// Reports a clause that is repeated although it is allowed only once.
@@ -120,7 +126,7 @@ fn verify_changes(ast: &Ast, header: &EffectHeader, diagnostics: &mut Diagnostic
 }
 
 /// Whether a clause changes the model.
-fn is_change(clause: &Clause) -> bool {
+fn is_change(clause: &EffectClause) -> bool {
     matches!(
         clause.kind,
         ClauseKind::Replace { .. } | ClauseKind::ReplaceOutput { .. } | ClauseKind::Add { .. }
@@ -156,7 +162,7 @@ fn verify_nulls(ast: &Ast, header: &EffectHeader, diagnostics: &mut Diagnostics)
                         .to_owned()
                 }
             };
-            diagnostics.error(Diagnostic::new(Code::E201, name.span, message).help(help));
+            diagnostics.error(Diagnostic::new(Code::UnknownName, name.span, message).help(help));
         }
     }
 }
@@ -166,14 +172,18 @@ fn verify_items(ast: &Ast, diagnostics: &mut Diagnostics) {
     visit::items(&ast.items, &mut |item| {
         if let ItemKind::Import { path_span, .. } = &item.kind {
             diagnostics.error(
-                Diagnostic::new(Code::E208, *path_span, "an effect does not import anything")
-                    .help("it can use what the model imports"),
+                Diagnostic::new(
+                    Code::UnusableImport,
+                    *path_span,
+                    "an effect does not import anything",
+                )
+                .help("it can use what the model imports"),
             );
         }
         if matches!(item.kind, ItemKind::Part { .. } | ItemKind::Binding { .. }) {
             let message = "an effect has no parts";
             diagnostics.error(
-                Diagnostic::new(Code::E208, item.span, message)
+                Diagnostic::new(Code::UnusableImport, item.span, message)
                     .help("write what the part would do into the effect"),
             );
         }
@@ -182,29 +192,30 @@ fn verify_items(ast: &Ast, diagnostics: &mut Diagnostics) {
 
 /// Checks that the arguments of a template differ, have valid units, and are not declared again; `[unit(y)]` is the
 /// unit of one of them.
-fn verify_slots(ast: &Ast, slots: &[Slot], diagnostics: &mut Diagnostics) {
+fn verify_slots(ast: &Ast, slots: &[TemplateSlot], diagnostics: &mut Diagnostics) {
     let mut spans: BTreeMap<&str, Span> = BTreeMap::new();
     for slot in slots {
         if let Some(first) = spans.insert(&slot.name.text, slot.name.span) {
             let message = format!("two arguments are called `{}`", slot.name.text);
             diagnostics.error(
-                Diagnostic::new(Code::E202, slot.name.span, message).label(first, "first here"),
+                Diagnostic::new(Code::DuplicateName, slot.name.span, message)
+                    .label(first, "first here"),
             );
         }
         if let Some(unit) = &slot.unit
             && let Err(error) = parse_unit(&unit.text)
         {
-            diagnostics.error(error.at(&unit.text, unit.span));
+            diagnostics.error(error.locate(&unit.text, unit.span));
         }
     }
     for mut item in ast.items.iter().cloned() {
         visit::parts_mut(&mut item, &mut |part| {
-            if let Part::Declares(_, name) = part
+            if let ItemPart::Declares(_, name) = part
                 && let Some(argument) = spans.get(name.text.as_str())
             {
                 let message = format!("`{}` is an argument of the effect", name.text);
                 diagnostics.error(
-                    Diagnostic::new(Code::E202, name.span, message)
+                    Diagnostic::new(Code::DuplicateName, name.span, message)
                         .label(*argument, "declared here"),
                 );
             }
@@ -216,7 +227,7 @@ fn verify_slots(ast: &Ast, slots: &[Slot], diagnostics: &mut Diagnostics) {
             if !has_unit(name) {
                 let message = format!("`{name}` is no argument of this effect");
                 diagnostics.error(
-                    Diagnostic::new(Code::E305, unit.span, message)
+                    Diagnostic::new(Code::UnknownUnit, unit.span, message)
                         .help("`unit(y)` is the unit of an argument, as in `y: output`"),
                 );
             }

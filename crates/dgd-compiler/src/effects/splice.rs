@@ -6,7 +6,7 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use super::Blending;
+use super::EffectBlending;
 use super::apply::blended;
 use crate::diagnostics::{Code, Diagnostic, Diagnostics};
 use crate::source::{SourceId, Span};
@@ -20,7 +20,7 @@ pub(super) const DEEPEST: usize = 256;
 const LARGEST: usize = 200_000;
 
 /// Places where effects have replaced a name: the name, and the place of the new expression.
-pub(super) type Replaced = BTreeMap<(String, Span), Replacement>;
+pub(super) type ReplacedNames = BTreeMap<(String, Span), Replacement>;
 
 /// A replacement of a name.
 #[derive(Debug)]
@@ -47,7 +47,7 @@ pub(super) struct Splice<'a> {
     pub(super) own: SourceId,
     /// Files of the model and its libraries.
     pub(super) model: &'a [SourceId],
-    pub(super) blending: Blending,
+    pub(super) blending: EffectBlending,
     /// λ, if the effect is blended in.
     pub(super) blend: Option<&'a str>,
     /// Names that the application adds.
@@ -56,12 +56,12 @@ pub(super) struct Splice<'a> {
 
 /// The results of splices so far.
 #[derive(Debug, Default)]
-pub(super) struct Done {
-    pub(super) replaced: Replaced,
+pub(super) struct SpliceResults {
+    pub(super) replaced: ReplacedNames,
     n_operands: usize,
 }
 
-impl Done {
+impl SpliceResults {
     /// Counts the growth of a model.
     pub(super) fn grow(&mut self, by: &Expr) {
         self.n_operands = self.n_operands.saturating_add(size(by));
@@ -83,7 +83,7 @@ impl Splice<'_> {
     }
 
     /// Whether this is a use of the name, and not its derivative.
-    pub(super) fn is_use(&self, expr: &Expr, hidden: &[&str], replaced: &Replaced) -> bool {
+    pub(super) fn is_use(&self, expr: &Expr, hidden: &[&str], replaced: &ReplacedNames) -> bool {
         if self.earlier(expr, replaced).is_some() {
             return true;
         }
@@ -98,7 +98,7 @@ impl Splice<'_> {
     }
 
     /// The effect that has replaced the name here and acts before this one.
-    fn earlier<'r>(&self, expr: &Expr, replaced: &'r Replaced) -> Option<&'r Replacement> {
+    fn earlier<'r>(&self, expr: &Expr, replaced: &'r ReplacedNames) -> Option<&'r Replacement> {
         let earlier = replaced.get(&(self.name.text.clone(), expr.span));
         let stands_here = |earlier: &&Replacement| {
             earlier.marks.is_empty() || mentions(expr, &|name| earlier.marks.contains(name))
@@ -115,16 +115,16 @@ impl Splice<'_> {
         &self,
         expr: &mut Expr,
         hidden: &[&str],
-        done: &mut Done,
+        done: &mut SpliceResults,
         diagnostics: &mut Diagnostics,
     ) -> usize {
         if let Some(&Replacement { clause, kind, .. }) = self.earlier(expr, &done.replaced) {
             let plants = (kind, self.kind) == (EffectKind::Plant, EffectKind::Plant);
-            if self.blending == Blending::Applied && plants {
+            if self.blending == EffectBlending::Applied && plants {
                 let message =
                     format!("two plant effects replace `{}` at one place", self.name.text);
                 diagnostics.error(
-                    Diagnostic::new(Code::E214, self.clause, message)
+                    Diagnostic::new(Code::ConflictingEffects, self.clause, message)
                         .label(clause, "the other one"),
                 );
                 return 1;
@@ -161,7 +161,7 @@ impl Splice<'_> {
         &self,
         expr: &mut Expr,
         given: Vec<Expr>,
-        done: &mut Done,
+        done: &mut SpliceResults,
         diagnostics: &mut Diagnostics,
     ) {
         let call = Expr {
@@ -188,14 +188,20 @@ impl Splice<'_> {
                 if n_named == 1 { "is" } else { "are" },
             );
             diagnostics.error(
-                Diagnostic::new(Code::E204, self.name.span, message)
+                Diagnostic::new(Code::ArgumentCount, self.name.span, message)
                     .help(format!("write `replace {call} by …`")),
             );
         }
     }
 
     /// Replaces a use by the new expression, with the use as its old value.
-    fn put(&self, expr: &mut Expr, given: &[Expr], done: &mut Done, diagnostics: &mut Diagnostics) {
+    fn put(
+        &self,
+        expr: &mut Expr,
+        given: &[Expr],
+        done: &mut SpliceResults,
+        diagnostics: &mut Diagnostics,
+    ) {
         let values: Vec<(&str, &Expr)> =
             self.arguments.iter().map(|name| name.text.as_str()).zip(given).collect();
         let mut new = self.by.clone();
@@ -217,7 +223,7 @@ impl Splice<'_> {
     }
 
     /// old + λ (new − old), or new.
-    fn stand_in(&self, expr: &mut Expr, new: Expr, done: &mut Done) {
+    fn stand_in(&self, expr: &mut Expr, new: Expr, done: &mut SpliceResults) {
         let span = self.by.span;
         done.grow(&new);
         *expr = match self.blend {
@@ -245,8 +251,12 @@ pub(super) fn mentions(expr: &Expr, is_one: &dyn Fn(&str) -> bool) -> bool {
 
 /// The error for a model that grows beyond its limit.
 pub(super) fn too_large(span: Span) -> Diagnostic {
-    Diagnostic::new(Code::E211, span, "the model becomes too large when this is put into it")
-        .help("name parts of the expressions with `let`, or replace the name everywhere")
+    Diagnostic::new(
+        Code::ModelTooLarge,
+        span,
+        "the model becomes too large when this is put into it",
+    )
+    .help("name parts of the expressions with `let`, or replace the name everywhere")
 }
 
 /// Whether this is `der(x)`: a derivative is not its state, and stays.

@@ -3,14 +3,14 @@
 //! It is the unit of differences: `bar` for `bara`, and `K` for `°C` because an offset of 0 °C means no offset.
 
 use super::Effect;
-use crate::syntax::ast::{Ast, ClauseKind, Expr, SlotKind, Target, Unit};
+use crate::syntax::ast::{Ast, ClauseKind, EffectTarget, Expr, SlotKind, WrittenUnit};
 use crate::syntax::visit::{units_of_expression_mut, units_of_item_mut};
 use crate::units::catalogue::CATALOGUE;
 use crate::units::{describe, parse_unit};
 
 /// Visits every unit of an effect's items and clauses.
-pub(super) fn each(ast: &Ast, visit: &mut dyn FnMut(&Unit)) {
-    let mut visit_unit = |unit: &mut Unit| visit(unit);
+pub(super) fn each(ast: &Ast, visit: &mut dyn FnMut(&WrittenUnit)) {
+    let mut visit_unit = |unit: &mut WrittenUnit| visit(unit);
     for item in &ast.items {
         units_of_item_mut(&mut item.clone(), &mut visit_unit);
     }
@@ -23,7 +23,7 @@ pub(super) fn each(ast: &Ast, visit: &mut dyn FnMut(&Unit)) {
 
 /// Whether an effect uses the unit of an equation or of a `let`, which the text need not declare.
 pub(super) fn of_equations(effect: &Effect) -> bool {
-    let Target::Template(slots) = &effect.target else { return false };
+    let EffectTarget::Template(slots) = &effect.target else { return false };
     let is_inferred = |name: &str| {
         let is_one = |kind: SlotKind| matches!(kind, SlotKind::Equation | SlotKind::Let);
         slots.iter().any(|slot| slot.name.text == name && is_one(slot.kind))

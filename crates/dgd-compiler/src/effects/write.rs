@@ -6,19 +6,19 @@
 use std::fmt::Write as _;
 use std::ops::Range;
 
-use super::Brought;
+use super::AddedItems;
 use crate::diagnostics::Diagnostics;
-use crate::source::{Source, SourceId, Sources, Span};
+use crate::source::{SourceId, SourceMap, SourceText, Span};
 use crate::syntax::ast::{Ast, Expr, ExprKind, Item, ItemKind};
 use crate::syntax::places::without_places;
 use crate::syntax::print::{print, print_expression, print_item};
-use crate::syntax::visit::{self, Part};
+use crate::syntax::visit::{self, ItemPart};
 use crate::syntax::{layout, parse, parse_what_is_sound};
 
 /// The text of `after`, which came from `before` by applying effects or setting values.
 ///
 /// It is laid out canonically, and parsing it gives the tree `after`, apart from places.
-pub fn write(before: &Ast, after: &Ast, brought: &[Brought], sources: &Sources) -> String {
+pub fn write(before: &Ast, after: &Ast, brought: &[AddedItems], sources: &SourceMap) -> String {
     let text = sources.get(before.source).text.as_str();
     let mut edits: Vec<(Range<usize>, String)> = Vec::new();
     let same = |a: &Item, b: &Item| a.span == b.span;
@@ -70,11 +70,11 @@ pub fn write(before: &Ast, after: &Ast, brought: &[Brought], sources: &Sources) 
 
 /// The canonical layout of a text, if it parses to the tree.
 fn laid_out(text: &str, ast: &Ast) -> Option<String> {
-    let mut sources = Sources::default();
+    let mut sources = SourceMap::default();
     let mut diagnostics = Diagnostics::default();
-    let written = sources.add(Source { name: String::new(), text: text.to_owned() });
+    let written = sources.add(SourceText { name: String::new(), text: text.to_owned() });
     let text = layout::format(written, &sources, &mut diagnostics).ok()?;
-    let laid_out = sources.add(Source { name: String::new(), text: text.clone() });
+    let laid_out = sources.add(SourceText { name: String::new(), text: text.clone() });
     let read = parse(laid_out, &sources, &mut diagnostics).ok()?;
     (without_places(&read) == without_places(ast)).then_some(text)
 }
@@ -121,7 +121,7 @@ fn holds(part: &Item, item: &Item) -> bool {
 fn declared(item: &Item) -> Option<String> {
     let mut name = None;
     visit::parts_mut(&mut item.clone(), &mut |part| {
-        if let Part::Declares(_, declared) = part {
+        if let ItemPart::Declares(_, declared) = part {
             name.get_or_insert_with(|| declared.text.clone());
         }
     });
@@ -129,7 +129,7 @@ fn declared(item: &Item) -> Option<String> {
 }
 
 /// Whether an application has added an item.
-fn is_of(item: &Item, brought: &Brought) -> bool {
+fn is_of(item: &Item, brought: &AddedItems) -> bool {
     // An event or a bound declares nothing.
     declared(item).map_or(item.span.source == brought.source, |name| {
         brought.blend.as_ref() == Some(&name) || brought.names.iter().any(|(_, new)| *new == name)
@@ -164,7 +164,7 @@ fn item_edits(before: &Item, after: &Item, edits: &mut Vec<(Range<usize>, String
 fn expressions(item: &Item) -> Vec<Expr> {
     let mut expressions = Vec::new();
     visit::parts_mut(&mut item.clone(), &mut |part| {
-        if let Part::Expr(_, expr) = part {
+        if let ItemPart::Expr(_, expr) = part {
             expressions.push(expr.clone());
         }
     });
@@ -176,7 +176,7 @@ fn without_expressions(item: &Item) -> Item {
     let mut item = item.clone();
     let nothing = ExprKind::Name(String::new());
     visit::parts_mut(&mut item, &mut |part| {
-        if let Part::Expr(_, expr) = part {
+        if let ItemPart::Expr(_, expr) = part {
             *expr = Expr { span: Span::default(), kind: nothing.clone() };
         }
     });
@@ -185,8 +185,8 @@ fn without_expressions(item: &Item) -> Item {
 
 /// The text after the model's items.
 struct Appendix<'a> {
-    sources: &'a Sources,
-    brought: &'a [Brought],
+    sources: &'a SourceMap,
+    brought: &'a [AddedItems],
     text: String,
     /// The application and the item that were written last.
     last: Option<(usize, Span)>,
@@ -247,7 +247,7 @@ impl Appendix<'_> {
 }
 
 /// The item's text in its file, if it still agrees with the item.
-fn read_again<'a>(item: &Item, sources: &'a Sources) -> Option<&'a str> {
+fn read_again<'a>(item: &Item, sources: &'a SourceMap) -> Option<&'a str> {
     let file: SourceId = item.span.source;
     let as_read = parse_what_is_sound(file, sources);
     as_read.items.iter().any(|other| other == item).then(|| sources.text(item.span))

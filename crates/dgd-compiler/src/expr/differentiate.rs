@@ -4,11 +4,11 @@
 //! · ∂e/∂o. One sweep gives the derivatives to all symbols; its cost and the number of nodes that it adds are
 //! proportional to the size of the root.
 
-use super::graph::{ExprId, Graph, Node, Symbol};
-use super::intrinsics::Definition;
+use super::graph::{ExprGraph, ExprId, Node, Symbol};
+use super::intrinsics::IntrinsicDefinition;
 use crate::expr::hash::HashMap;
 
-impl Graph {
+impl ExprGraph {
     /// The nonzero ∂root/∂symbol for every symbol that `wanted` gives a position: (position, derivative), positions
     /// ascending.
     pub fn gradient(
@@ -75,14 +75,14 @@ impl Graph {
             | Node::Or(..)
             | Node::Not(_) => {}
             Node::Negate(a) => {
-                let part = self.in_its_branch(adjoint, Graph::negate);
+                let part = self.in_its_branch(adjoint, ExprGraph::negate);
                 parts.push((a, part));
             }
             Node::Add(a, b) => parts.extend([(a, adjoint), (b, adjoint)]),
             Node::Subtract(a, b) => {
                 parts.push((a, adjoint));
                 if depends(b) {
-                    let part = self.in_its_branch(adjoint, Graph::negate);
+                    let part = self.in_its_branch(adjoint, ExprGraph::negate);
                     parts.push((b, part));
                 }
             }
@@ -115,13 +115,13 @@ impl Graph {
                 }
             }
             Node::Call1(function, a) => {
-                if let Definition::One { derivative, .. } = &function.get().definition {
+                if let IntrinsicDefinition::One { derivative, .. } = &function.get().definition {
                     let slope = derivative(self, a);
                     parts.push((a, self.chained(adjoint, slope)));
                 }
             }
             Node::Call2(function, a, b) => {
-                if let Definition::Two { derivative, .. } = &function.get().definition {
+                if let IntrinsicDefinition::Two { derivative, .. } = &function.get().definition {
                     let slopes = derivative(self, a, b);
                     for (operand, slope) in [a, b].into_iter().zip(slopes) {
                         if depends(operand) {
@@ -159,7 +159,7 @@ impl Graph {
     fn in_its_branch(
         &mut self,
         adjoint: ExprId,
-        act: impl FnOnce(&mut Graph, ExprId) -> ExprId,
+        act: impl FnOnce(&mut ExprGraph, ExprId) -> ExprId,
     ) -> ExprId {
         let mut choices = Vec::new();
         let mut inner = adjoint;

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::fmt::Write;
 
-use super::graph::{Comparison, ExprId, Graph, Node, Symbol};
+use super::graph::{Comparison, ExprGraph, ExprId, Node, Symbol};
 use crate::expr::hash::HashMap;
 
 /// Text longer than this gets a line of its own, so that printing stays linear in the graph.
@@ -20,7 +20,7 @@ pub struct Listing {
 
 /// How tightly a piece of text binds.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-enum Tightness {
+enum TextPrecedence {
     Select,
     Or,
     And,
@@ -35,7 +35,7 @@ enum Tightness {
 
 /// Lists expressions. `names` are the model's names of expressions.
 pub fn listing(
-    graph: &Graph,
+    graph: &ExprGraph,
     roots: &[ExprId],
     names: &BTreeMap<ExprId, String>,
     symbol: &dyn Fn(Symbol) -> String,
@@ -49,7 +49,7 @@ pub fn listing(
     }
 
     let mut out = Listing::default();
-    let mut texts: HashMap<ExprId, (String, Tightness)> = HashMap::default();
+    let mut texts: HashMap<ExprId, (String, TextPrecedence)> = HashMap::default();
     for id in order {
         let (text, tightness) = node_text(graph, id, &texts, symbol);
         let leaf = graph.node(id).operands().next().is_none();
@@ -60,7 +60,7 @@ pub fn listing(
         if own_line {
             let name = names.get(&id).cloned().unwrap_or_else(|| format!("_{}", out.lines.len()));
             out.lines.push((name.clone(), text));
-            texts.insert(id, (name, Tightness::Atom));
+            texts.insert(id, (name, TextPrecedence::Atom));
         } else {
             texts.insert(id, (text, tightness));
         }
@@ -70,59 +70,73 @@ pub fn listing(
 }
 
 fn node_text(
-    graph: &Graph,
+    graph: &ExprGraph,
     id: ExprId,
-    texts: &HashMap<ExprId, (String, Tightness)>,
+    texts: &HashMap<ExprId, (String, TextPrecedence)>,
     symbol: &dyn Fn(Symbol) -> String,
-) -> (String, Tightness) {
-    let at_least = |operand: ExprId, least: Tightness| {
+) -> (String, TextPrecedence) {
+    let at_least = |operand: ExprId, least: TextPrecedence| {
         let (text, tightness) = &texts[&operand];
         if *tightness >= least { text.clone() } else { format!("({text})") }
     };
-    let infix = |a, operator: &str, b, own: Tightness, right: Tightness| {
+    let infix = |a, operator: &str, b, own: TextPrecedence, right: TextPrecedence| {
         (format!("{}{operator}{}", at_least(a, own), at_least(b, right)), own)
     };
     match graph.node(id) {
         Node::Constant(bits) => {
             let value = f64::from_bits(bits);
-            let tightness = if value < 0.0 { Tightness::Negate } else { Tightness::Atom };
+            let tightness = if value < 0.0 { TextPrecedence::Negate } else { TextPrecedence::Atom };
             (number(value), tightness)
         }
-        Node::Symbol(s) => (symbol(s), Tightness::Atom),
-        Node::Negate(a) => (format!("-{}", at_least(a, Tightness::Power)), Tightness::Negate),
-        Node::Add(a, b) => infix(a, " + ", b, Tightness::Sum, Tightness::Product),
-        Node::Subtract(a, b) => infix(a, " - ", b, Tightness::Sum, Tightness::Product),
-        Node::Multiply(a, b) => infix(a, "*", b, Tightness::Product, Tightness::Power),
-        Node::Divide(a, b) => infix(a, "/", b, Tightness::Product, Tightness::Power),
-        Node::Call1(f, a) => {
-            (format!("{}({})", f.get().name, at_least(a, Tightness::Select)), Tightness::Atom)
+        Node::Symbol(s) => (symbol(s), TextPrecedence::Atom),
+        Node::Negate(a) => {
+            (format!("-{}", at_least(a, TextPrecedence::Power)), TextPrecedence::Negate)
         }
+        Node::Add(a, b) => infix(a, " + ", b, TextPrecedence::Sum, TextPrecedence::Product),
+        Node::Subtract(a, b) => infix(a, " - ", b, TextPrecedence::Sum, TextPrecedence::Product),
+        Node::Multiply(a, b) => infix(a, "*", b, TextPrecedence::Product, TextPrecedence::Power),
+        Node::Divide(a, b) => infix(a, "/", b, TextPrecedence::Product, TextPrecedence::Power),
+        Node::Call1(f, a) => (
+            format!("{}({})", f.get().name, at_least(a, TextPrecedence::Select)),
+            TextPrecedence::Atom,
+        ),
         Node::Curve(curve, a) => {
             let name = &curve.get().name;
-            (format!("{name}({})", at_least(a, Tightness::Select)), Tightness::Atom)
+            (format!("{name}({})", at_least(a, TextPrecedence::Select)), TextPrecedence::Atom)
         }
         Node::Call2(f, a, b) if f.get().name == "^" => {
-            infix(a, "^", b, Tightness::Power, Tightness::Atom)
+            infix(a, "^", b, TextPrecedence::Power, TextPrecedence::Atom)
         }
         Node::Call2(f, a, b) => {
-            let (a, b) = (at_least(a, Tightness::Select), at_least(b, Tightness::Select));
-            (format!("{}({a}, {b})", f.get().name), Tightness::Atom)
+            let (a, b) = (at_least(a, TextPrecedence::Select), at_least(b, TextPrecedence::Select));
+            (format!("{}({a}, {b})", f.get().name), TextPrecedence::Atom)
         }
         Node::Delay(x, tau) => {
-            let (x, tau) = (at_least(x, Tightness::Select), at_least(tau, Tightness::Select));
-            (format!("delay({x}, {tau})"), Tightness::Atom)
+            let (x, tau) =
+                (at_least(x, TextPrecedence::Select), at_least(tau, TextPrecedence::Select));
+            (format!("delay({x}, {tau})"), TextPrecedence::Atom)
         }
-        Node::Compare(c, a, b) => {
-            infix(a, &format!(" {} ", c.spelling()), b, Tightness::Compare, Tightness::Sum)
+        Node::Compare(c, a, b) => infix(
+            a,
+            &format!(" {} ", c.spelling()),
+            b,
+            TextPrecedence::Compare,
+            TextPrecedence::Sum,
+        ),
+        Node::And(a, b) => infix(a, " and ", b, TextPrecedence::And, TextPrecedence::Not),
+        Node::Or(a, b) => infix(a, " or ", b, TextPrecedence::Or, TextPrecedence::And),
+        Node::Not(a) => {
+            (format!("not {}", at_least(a, TextPrecedence::Compare)), TextPrecedence::Not)
         }
-        Node::And(a, b) => infix(a, " and ", b, Tightness::And, Tightness::Not),
-        Node::Or(a, b) => infix(a, " or ", b, Tightness::Or, Tightness::And),
-        Node::Not(a) => (format!("not {}", at_least(a, Tightness::Compare)), Tightness::Not),
         Node::Select(c, a, b) => {
-            let mut text = format!("if {} then ", at_least(c, Tightness::Or));
-            let _ =
-                write!(text, "{} else {}", at_least(a, Tightness::Or), at_least(b, Tightness::Or));
-            (text, Tightness::Select)
+            let mut text = format!("if {} then ", at_least(c, TextPrecedence::Or));
+            let _ = write!(
+                text,
+                "{} else {}",
+                at_least(a, TextPrecedence::Or),
+                at_least(b, TextPrecedence::Or)
+            );
+            (text, TextPrecedence::Select)
         }
     }
 }

@@ -9,7 +9,7 @@ use super::curve::CurveId;
 use super::intrinsics::IntrinsicId;
 use crate::expr::hash::{HashMap, HashSet};
 
-/// An expression of a [`Graph`].
+/// An expression of a [`ExprGraph`].
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct ExprId(u32);
 
@@ -20,7 +20,7 @@ impl ExprId {
     }
 
     /// The expression at a position.
-    pub(super) fn at(position: usize) -> Self {
+    pub(super) fn from_position(position: usize) -> Self {
         Self(u32::try_from(position).expect("fewer than 2^32 expressions"))
     }
 }
@@ -45,11 +45,11 @@ pub enum Symbol {
     /// ∂yᵢ/∂θⱼ at position j n + i.
     Sensitivity(u32),
     /// A delayed symbol, by its position in the list of these; only inside `assemble`.
-    Late(u32),
+    Delayed(u32),
     /// A delayed unknown, by its position among those of a `Dae`.
     DelayedUnknown(u32),
     /// A property of a delayed unknown; none before `lower`.
-    Past(Past, u32),
+    Past(DelayedValue, u32),
     /// An element of an array, counted through all arrays; none after `assemble`, which turns it into an unknown.
     Element(u32),
     /// In a family of rows, the element that is this one in the first row and the next in the next. Positions count all
@@ -101,7 +101,7 @@ impl Symbol {
             Symbol::Unknown(i) => packed(5, i, 0),
             Symbol::Derivative(i) => packed(6, i, 0),
             Symbol::Sensitivity(i) => packed(7, i, 0),
-            Symbol::Late(i) => packed(8, i, 0),
+            Symbol::Delayed(i) => packed(8, i, 0),
             Symbol::DelayedUnknown(i) => packed(9, i, 0),
             Symbol::Past(past, i) => packed(10, past as u32, i),
             Symbol::Element(i) => packed(11, i, 0),
@@ -120,7 +120,7 @@ impl Symbol {
 
 /// A property of x(t − τ), by the position k of the delayed unknown.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
-pub enum Past {
+pub enum DelayedValue {
     /// 1 if the value comes from the history of x, 0 without a delay, where it is x itself.
     Held,
     /// x(t − τ).
@@ -210,12 +210,12 @@ impl Node {
 
 /// A growing set of expressions, each stored once.
 #[derive(Debug, Clone, Default)]
-pub struct Graph {
+pub struct ExprGraph {
     nodes: Vec<Node>,
     ids: HashMap<Node, ExprId>,
 }
 
-impl Graph {
+impl ExprGraph {
     /// The node of an expression.
     pub fn node(&self, id: ExprId) -> Node {
         self.nodes[id.index()]

@@ -61,13 +61,13 @@ mod tests {
     use std::hash::{BuildHasher, BuildHasherDefault};
 
     use super::Mixer;
-    use crate::expr::{Graph, Node, Symbol};
+    use crate::expr::{ExprGraph, Node, Symbol};
 
     /// Nodes that differ slightly are spread over a table about as evenly as random numbers, which leave 1/e of the
     /// places empty.
     #[test]
     fn neighbouring_nodes_are_spread() {
-        let mut graph = Graph::default();
+        let mut graph = ExprGraph::default();
         let symbols: Vec<_> = (0..64).map(|i| graph.symbol(Symbol::Unknown(i))).collect();
         let pairs =
             symbols.iter().flat_map(|a| symbols.iter().map(move |b| Node::Multiply(*a, *b)));

@@ -9,5 +9,5 @@ pub mod intrinsics;
 pub mod simplify;
 pub mod tape;
 
-pub use graph::{ExprId, Graph, Node, Past, Symbol};
+pub use graph::{DelayedValue, ExprGraph, ExprId, Node, Symbol};
 pub use tape::Tape;

@@ -5,14 +5,14 @@
 //! form, so all agree.
 
 use super::curve::CurveId;
-use super::graph::{Comparison, ExprId, Graph, Node, Symbol, apply};
-use super::intrinsics::{Definition, IntrinsicId};
+use super::graph::{Comparison, ExprGraph, ExprId, Node, Symbol, apply};
+use super::intrinsics::{IntrinsicDefinition, IntrinsicId};
 use crate::expr::hash::HashMap;
 
 /// Integer powers up to this are products.
 const LARGEST_PRODUCT: f64 = 16.0;
 
-impl Graph {
+impl ExprGraph {
     fn fold(&mut self, node: Node) -> ExprId {
         if node.operands().all(|operand| self.value(operand).is_some()) {
             let value = apply(node, |id| self.value(id).unwrap_or(f64::NAN));
@@ -173,7 +173,7 @@ impl Graph {
     pub fn call(&mut self, function: IntrinsicId, arguments: &[ExprId]) -> ExprId {
         let name = function.get().name;
         match (&function.get().definition, arguments) {
-            (Definition::One { .. }, &[x]) => match self.node(x) {
+            (IntrinsicDefinition::One { .. }, &[x]) => match self.node(x) {
                 // abs(−x) = abs(x), abs(abs(x)) = abs(x)
                 Node::Negate(inner) if name == "abs" => self.call(function, &[inner]),
                 Node::Call1(f, _) if name == "abs" && f == function => x,
@@ -181,16 +181,20 @@ impl Graph {
                 Node::Call1(f, _) if name == "floor" && f == function => x,
                 _ => self.fold(Node::Call1(function, x)),
             },
-            (Definition::Two { .. }, &[x, y]) if name == "^" => self.power_of(function, x, y),
+            (IntrinsicDefinition::Two { .. }, &[x, y]) if name == "^" => {
+                self.power_of(function, x, y)
+            }
             // hypot(x, 0) = |x|, which has a corner.
-            (Definition::Two { .. }, &[x, y]) if name == "hypot" && self.is(y, 0.0) => {
+            (IntrinsicDefinition::Two { .. }, &[x, y]) if name == "hypot" && self.is(y, 0.0) => {
                 self.call1("abs", x)
             }
-            (Definition::Two { .. }, &[x, y]) if name == "hypot" && self.is(x, 0.0) => {
+            (IntrinsicDefinition::Two { .. }, &[x, y]) if name == "hypot" && self.is(x, 0.0) => {
                 self.call1("abs", y)
             }
-            (Definition::Two { .. }, &[x, y]) => self.fold(Node::Call2(function, x, y)),
-            (Definition::Expansion(arity, expand), of) if of.len() == *arity => expand(self, of),
+            (IntrinsicDefinition::Two { .. }, &[x, y]) => self.fold(Node::Call2(function, x, y)),
+            (IntrinsicDefinition::Expansion(arity, expand), of) if of.len() == *arity => {
+                expand(self, of)
+            }
             _ => unreachable!("the resolver checks the number of arguments"),
         }
     }
@@ -306,7 +310,7 @@ impl Graph {
     }
 }
 
-impl Graph {
+impl ExprGraph {
     /// The roots with their symbols replaced, simplified on the way.
     ///
     /// `nodes` are the nodes of the roots, operands first, perhaps of another graph; `leaf` gives the replacement of a
@@ -314,7 +318,7 @@ impl Graph {
     pub fn rebuild(
         &mut self,
         nodes: &[(ExprId, Node)],
-        mut leaf: impl FnMut(&mut Graph, Symbol) -> ExprId,
+        mut leaf: impl FnMut(&mut ExprGraph, Symbol) -> ExprId,
     ) -> HashMap<ExprId, ExprId> {
         let mut built: HashMap<ExprId, ExprId> =
             HashMap::with_capacity_and_hasher(nodes.len(), <_>::default());
@@ -396,8 +400,8 @@ impl Node {
 mod tests {
     use super::*;
 
-    fn graph() -> (Graph, ExprId, ExprId) {
-        let mut g = Graph::default();
+    fn graph() -> (ExprGraph, ExprId, ExprId) {
+        let mut g = ExprGraph::default();
         let (x, y) = (g.symbol(Symbol::Unknown(0)), g.symbol(Symbol::Unknown(1)));
         (g, x, y)
     }

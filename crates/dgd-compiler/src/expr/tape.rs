@@ -1,6 +1,6 @@
 //! Evaluates expressions at many points; their operands are found once.
 
-use super::graph::{ExprId, Graph, Node, Symbol, apply};
+use super::graph::{ExprGraph, ExprId, Node, Symbol, apply};
 
 /// Some expressions with all their subexpressions, operands first.
 #[derive(Debug, Clone)]
@@ -13,12 +13,13 @@ pub struct Tape<const N: usize> {
 
 impl<const N: usize> Tape<N> {
     /// The tape of these expressions.
-    pub fn of(graph: &Graph, roots: [ExprId; N]) -> Self {
+    pub fn from_roots(graph: &ExprGraph, roots: [ExprId; N]) -> Self {
         let ids = graph.reachable(roots);
         let position = |id: ExprId| {
             ids.binary_search(&id).unwrap_or_else(|_| unreachable!("operands are reachable"))
         };
-        let step = |id: &ExprId| graph.node(*id).map(|operand| ExprId::at(position(operand)));
+        let step =
+            |id: &ExprId| graph.node(*id).map(|operand| ExprId::from_position(position(operand)));
         let steps = ids.iter().map(step).collect();
         let roots = roots.map(position);
         Self { ids, steps, roots }
@@ -86,13 +87,13 @@ mod tests {
 
     #[test]
     fn a_tape_has_the_values_of_its_graph() {
-        let mut graph = Graph::default();
+        let mut graph = ExprGraph::default();
         let (x, y) = (graph.symbol(Symbol::Unknown(0)), graph.symbol(Symbol::Unknown(1)));
         let product = graph.multiply(x, y);
         let root = graph.call1("exp", product);
         let unused = graph.add(root, x);
         let other = graph.subtract(product, y);
-        let tape = Tape::of(&graph, [root, other]);
+        let tape = Tape::from_roots(&graph, [root, other]);
         assert_eq!(tape.symbols(), [Symbol::Unknown(0), Symbol::Unknown(1)]);
         assert_eq!(tape.position(unused), None);
         let value = |symbol| if symbol == Symbol::Unknown(0) { 0.5 } else { -3.0 };

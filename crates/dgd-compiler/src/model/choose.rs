@@ -3,12 +3,12 @@
 use std::collections::BTreeMap;
 
 use super::Variant;
-use super::define::{Definition, Scope};
+use super::define::{ModelScope, NameDefinition};
 use super::resolve::{ModelOptions, Setting};
 use crate::diagnostics::{Code, Diagnostic, Diagnostics, suggestion};
 use crate::parts;
 use crate::source::Span;
-use crate::syntax::ast::{ArrayKind, Ast, Choice, Expr, Item, ItemKind, Name};
+use crate::syntax::ast::{ArrayKind, Ast, Expr, Item, ItemKind, Name, VariantChoice};
 use crate::syntax::edit::element_of;
 
 /// Inserts the items of the chosen variants.
@@ -26,7 +26,7 @@ pub(super) fn choose<'a>(
         };
         if variants.iter().any(|v| v.name == name.text) {
             diagnostics.error(Diagnostic::new(
-                Code::E202,
+                Code::DuplicateName,
                 name.span,
                 format!("two variants are called `{}`", name.text),
             ));
@@ -37,7 +37,7 @@ pub(super) fn choose<'a>(
             if let Some(first) = choices[..i].iter().find(|first| first.name.text == name.text) {
                 let message = format!("two choices are called `{}`", name.text);
                 diagnostics.error(
-                    Diagnostic::new(Code::E202, name.span, message)
+                    Diagnostic::new(Code::DuplicateName, name.span, message)
                         .label(first.name.span, "first here"),
                 );
             }
@@ -90,7 +90,7 @@ pub(super) fn leave_out_impossible(
 
 fn chosen_of(
     variant: &Name,
-    choices: &[Choice],
+    choices: &[VariantChoice],
     options: &ModelOptions,
     diagnostics: &mut Diagnostics,
 ) -> usize {
@@ -114,7 +114,7 @@ pub(super) fn unknown_choice<'a>(
     known: impl Iterator<Item = &'a str>,
 ) -> Diagnostic {
     let known: Vec<&str> = known.collect();
-    let diagnostic = Diagnostic::new(Code::E207, at.span, message);
+    let diagnostic = Diagnostic::new(Code::UnknownVariant, at.span, message);
     if known.is_empty() {
         return diagnostic.help("this model has no variants");
     }
@@ -127,7 +127,7 @@ pub(super) fn unknown_choice<'a>(
 /// Settings by name; checks that each name can be set.
 pub(super) fn check_settings<'a>(
     settings: &'a [Setting],
-    scope: &Scope<'a>,
+    scope: &ModelScope<'a>,
     diagnostics: &mut Diagnostics,
 ) -> BTreeMap<&'a str, &'a Expr> {
     let mut checked = BTreeMap::new();
@@ -136,27 +136,29 @@ pub(super) fn check_settings<'a>(
         let array = element.as_ref().map_or(name.text.as_str(), |(of, _)| of);
         let entry = scope.names.get(array).map(|entry| entry.definition);
         match entry {
-            Some(Definition::Vector(vector)) if scope.vectors[vector].kind != ArrayKind::Input => {
+            Some(NameDefinition::Vector(vector))
+                if scope.vectors[vector].kind != ArrayKind::Input =>
+            {
                 checked.insert(name.text.as_str(), value);
             }
-            Some(Definition::Array { .. }) if element.is_some() => {
+            Some(NameDefinition::Array { .. }) if element.is_some() => {
                 let message = format!("`{}` is an element of an array of unknowns", name.text);
-                diagnostics.error(Diagnostic::new(Code::E205, name.span, message).help(format!(
-                    "set them all: `{array}=…`, or `{array}=(…, …)` with a value for each"
-                )));
+                diagnostics.error(Diagnostic::new(Code::MisusedName, name.span, message).help(
+                    format!("set them all: `{array}=…`, or `{array}=(…, …)` with a value for each"),
+                ));
             }
             Some(definition)
-                if element.is_some() && !matches!(definition, Definition::Vector(_)) =>
+                if element.is_some() && !matches!(definition, NameDefinition::Vector(_)) =>
             {
                 let message = format!("`{array}` is {}, not an array", definition.noun());
-                diagnostics.error(Diagnostic::new(Code::E232, name.span, message));
+                diagnostics.error(Diagnostic::new(Code::ArrayAsNumber, name.span, message));
             }
             Some(
-                Definition::Constant(_)
-                | Definition::Parameter(_)
-                | Definition::Unknown { .. }
-                | Definition::Size
-                | Definition::Array { .. },
+                NameDefinition::Constant(_)
+                | NameDefinition::Parameter(_)
+                | NameDefinition::Unknown { .. }
+                | NameDefinition::Size
+                | NameDefinition::Array { .. },
             ) => {
                 checked.insert(name.text.as_str(), value);
             }
@@ -168,7 +170,7 @@ pub(super) fn check_settings<'a>(
             }
             None => {
                 let mut diagnostic = Diagnostic::new(
-                    Code::E201,
+                    Code::UnknownName,
                     name.span,
                     format!("nothing is called `{}`", name.text),
                 );
@@ -184,6 +186,6 @@ pub(super) fn check_settings<'a>(
 
 fn cannot_be_set(name: &Name, noun: &str) -> Diagnostic {
     let message = format!("`{}` is {noun}, which cannot be set", name.text);
-    Diagnostic::new(Code::E205, name.span, message)
+    Diagnostic::new(Code::MisusedName, name.span, message)
         .help("set a constant, a parameter or the start value of a state")
 }

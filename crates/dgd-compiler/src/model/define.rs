@@ -2,23 +2,23 @@
 
 use std::collections::BTreeMap;
 
-use super::arrays::whole::Sizes;
-use super::arrays::{ArrayPlace, LetArray, Shape, Vector};
-use super::check_units::{Spelling, unit_of_declaration};
-use crate::diagnostics::{Code, Diagnostic, Diagnostics, Reported};
+use super::arrays::whole::NamedSizes;
+use super::arrays::{ArrayPlace, ArrayShape, LetArray, Vector};
+use super::check_units::{UnitSpelling, unit_of_declaration};
+use crate::diagnostics::{Code, Diagnostic, Diagnostics, ErrorReported};
 use crate::expr::Symbol;
 use crate::expr::intrinsics::IntrinsicId;
 use crate::source::Span;
 use crate::syntax::ast::{
-    Argument, ArrayKind, Attribute, AttributeKind, Choice, Expr, ExprKind, Item, ItemKind,
-    LocalLet, Name, Points, StartRule, Unit as WrittenUnit, UnknownKind,
+    ArrayKind, Attribute, AttributeKind, Expr, ExprKind, FormalArgument, Item, ItemKind, LocalLet,
+    Name, StartRule, TablePoints, UnknownKind, VariantChoice, WrittenUnit,
 };
 use crate::syntax::visit;
 use crate::units::{Dimension, Unit};
 
 /// The definition of a name; numbers are positions among those of its kind.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Definition {
+pub(super) enum NameDefinition {
     Time,
     Pi,
     Constant(u32),
@@ -28,64 +28,64 @@ pub(super) enum Definition {
         index: u32,
         state: bool,
     },
-    /// A size; its value is in [`Scope::sizes`].
+    /// A size; its value is in [`ModelScope::sizes`].
     Size,
-    /// An array of unknowns; its position is in [`Scope::arrays`].
+    /// An array of unknowns; its position is in [`ModelScope::arrays`].
     Array {
         index: usize,
         state: bool,
     },
-    /// An array of constants, parameters or inputs, in [`Scope::vectors`].
+    /// An array of constants, parameters or inputs, in [`ModelScope::vectors`].
     Vector(usize),
-    /// A `let` of a loop, in [`Scope::let_arrays`].
+    /// A `let` of a loop, in [`ModelScope::let_arrays`].
     LetArray(usize),
     Let(usize),
     Function(usize),
-    /// A table, in [`Scope::tables`].
+    /// A table, in [`ModelScope::tables`].
     Table(usize),
 }
 
-impl Definition {
+impl NameDefinition {
     /// Its noun in messages.
     pub(super) fn noun(self) -> &'static str {
         match self {
-            Definition::Time => "the time",
-            Definition::Pi => "a number",
-            Definition::Constant(_) => "a constant",
-            Definition::Parameter(_) => "a parameter",
-            Definition::Input(_) => "an input",
-            Definition::Unknown { state: true, .. } => "a state",
-            Definition::Unknown { state: false, .. } => "an `unknown`",
-            Definition::Size => "a size",
-            Definition::Array { .. } | Definition::Vector(_) | Definition::LetArray(_) => {
-                "an array"
-            }
-            Definition::Let(_) => "a `let`",
-            Definition::Function(_) => "a function",
-            Definition::Table(_) => "a table",
+            NameDefinition::Time => "the time",
+            NameDefinition::Pi => "a number",
+            NameDefinition::Constant(_) => "a constant",
+            NameDefinition::Parameter(_) => "a parameter",
+            NameDefinition::Input(_) => "an input",
+            NameDefinition::Unknown { state: true, .. } => "a state",
+            NameDefinition::Unknown { state: false, .. } => "an `unknown`",
+            NameDefinition::Size => "a size",
+            NameDefinition::Array { .. }
+            | NameDefinition::Vector(_)
+            | NameDefinition::LetArray(_) => "an array",
+            NameDefinition::Let(_) => "a `let`",
+            NameDefinition::Function(_) => "a function",
+            NameDefinition::Table(_) => "a table",
         }
     }
 }
 
 /// A name, its definition and its place.
 #[derive(Debug, Clone)]
-pub(super) struct Entry {
-    pub(super) definition: Definition,
+pub(super) struct ScopeEntry {
+    pub(super) definition: NameDefinition,
     pub(super) span: Span,
     /// Its unit, if it was declared with one.
-    pub(super) unit: Option<Result<Unit, Reported>>,
+    pub(super) unit: Option<Result<Unit, ErrorReported>>,
 }
 
 /// A function as declared.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Function<'a> {
+pub(super) struct FunctionDeclaration<'a> {
     pub(super) name: &'a str,
-    pub(super) arguments: &'a [Argument],
+    pub(super) arguments: &'a [FormalArgument],
     pub(super) lets: &'a [LocalLet],
     pub(super) body: &'a Expr,
 }
 
-impl<'a> Function<'a> {
+impl<'a> FunctionDeclaration<'a> {
     /// Names that its text reads and calls, except its own.
     fn names(&self) -> Vec<&'a str> {
         let mut names = Vec::new();
@@ -103,15 +103,15 @@ impl<'a> Function<'a> {
 
 /// A table as declared.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Table<'a> {
+pub(super) struct TableDeclaration<'a> {
     pub(super) name: &'a Name,
-    pub(super) arguments: &'a [Argument],
+    pub(super) arguments: &'a [FormalArgument],
     pub(super) unit: Option<&'a WrittenUnit>,
-    pub(super) points: &'a Points,
+    pub(super) points: &'a TablePoints,
     pub(super) attributes: &'a [Attribute],
 }
 
-impl<'a> Table<'a> {
+impl<'a> TableDeclaration<'a> {
     /// Its `smooth` clause, with its place.
     pub(super) fn smooth(&self) -> Option<(&'a Expr, Span)> {
         self.attributes.iter().find_map(|attribute| match &attribute.kind {
@@ -133,14 +133,14 @@ impl<'a> Table<'a> {
 
 /// All names of a model.
 #[derive(Debug, Clone)]
-pub(super) struct Scope<'a> {
-    pub(super) names: BTreeMap<&'a str, Entry>,
-    pub(super) functions: Vec<Function<'a>>,
-    pub(super) tables: Vec<Table<'a>>,
+pub(super) struct ModelScope<'a> {
+    pub(super) names: BTreeMap<&'a str, ScopeEntry>,
+    pub(super) functions: Vec<FunctionDeclaration<'a>>,
+    pub(super) tables: Vec<TableDeclaration<'a>>,
     /// Filled in once settings are known, like the lists below.
-    pub(super) sizes: Sizes<'a>,
-    pub(super) arrays: Vec<Result<ArrayPlace<'a>, Reported>>,
-    pub(super) loops: Vec<Result<Shape, Reported>>,
+    pub(super) sizes: NamedSizes<'a>,
+    pub(super) arrays: Vec<Result<ArrayPlace<'a>, ErrorReported>>,
+    pub(super) loops: Vec<Result<ArrayShape, ErrorReported>>,
     pub(super) let_arrays: Vec<LetArray<'a>>,
     /// Arrays of constants, parameters and inputs.
     pub(super) vectors: Vec<Vector<'a>>,
@@ -151,12 +151,12 @@ pub(super) struct Scope<'a> {
     /// The dimension of time.
     pub(super) second: Dimension,
     /// How units are spelt in messages.
-    pub(super) spelling: Spelling,
+    pub(super) spelling: UnitSpelling,
 }
 
-impl<'a> Scope<'a> {
+impl<'a> ModelScope<'a> {
     /// The dimension of a name declared with a unit.
-    pub(super) fn dimension(&self, name: &str) -> Result<Dimension, Reported> {
+    pub(super) fn dimension(&self, name: &str) -> Result<Dimension, ErrorReported> {
         match self.names.get(name).and_then(|entry| entry.unit.as_ref()) {
             Some(Ok(unit)) => Ok(unit.dimension),
             Some(Err(reported)) => Err(*reported),
@@ -166,12 +166,12 @@ impl<'a> Scope<'a> {
 
     /// Whether a symbol is a state, or an element of an array of states.
     pub(super) fn is_state(&self, symbol: Symbol) -> bool {
-        let holds = |array: &Result<ArrayPlace<'_>, Reported>, i: u32| {
+        let holds = |array: &Result<ArrayPlace<'_>, ErrorReported>, i: u32| {
             array.as_ref().is_ok_and(|a| (a.first..a.first + a.count()).contains(&i))
         };
         self.names.values().any(|entry| match (entry.definition, symbol) {
-            (Definition::Unknown { index, state }, Symbol::Unknown(i)) => state && index == i,
-            (Definition::Array { index, state }, Symbol::Element(i)) => {
+            (NameDefinition::Unknown { index, state }, Symbol::Unknown(i)) => state && index == i,
+            (NameDefinition::Array { index, state }, Symbol::Element(i)) => {
                 state && self.arrays.get(index).is_some_and(|array| holds(array, i))
             }
             _ => false,
@@ -192,12 +192,13 @@ impl<'a> Scope<'a> {
     fn quoted_scalar(&self, symbol: Symbol) -> Option<String> {
         self.names.iter().find_map(|(name, entry)| {
             let same = match (entry.definition, symbol) {
-                (Definition::Time, Symbol::Time) => true,
-                (Definition::Parameter(i), Symbol::Parameter(j))
-                | (Definition::Input(i), Symbol::Input(j)) => i == j,
-                (Definition::Unknown { index, .. }, Symbol::Unknown(j) | Symbol::Derivative(j)) => {
-                    index == j
-                }
+                (NameDefinition::Time, Symbol::Time) => true,
+                (NameDefinition::Parameter(i), Symbol::Parameter(j))
+                | (NameDefinition::Input(i), Symbol::Input(j)) => i == j,
+                (
+                    NameDefinition::Unknown { index, .. },
+                    Symbol::Unknown(j) | Symbol::Derivative(j),
+                ) => index == j,
                 _ => false,
             };
             same.then(|| format!("`{name}`"))
@@ -205,23 +206,23 @@ impl<'a> Scope<'a> {
     }
 
     /// Collects what the items declare.
-    pub(super) fn collect(items: &[&'a Item], diagnostics: &mut Diagnostics) -> Scope<'a> {
-        let mut scope = Scope {
+    pub(super) fn collect(items: &[&'a Item], diagnostics: &mut Diagnostics) -> ModelScope<'a> {
+        let mut scope = ModelScope {
             names: BTreeMap::new(),
             functions: Vec::new(),
             tables: Vec::new(),
-            sizes: Sizes::new(),
+            sizes: NamedSizes::new(),
             arrays: Vec::new(),
             loops: Vec::new(),
             let_arrays: Vec::new(),
             vectors: Vec::new(),
             n_scalars: [0; 3],
             outputs: BTreeMap::new(),
-            second: Dimension::of([0, 0, 1, 0, 0, 0, 0]),
-            spelling: Spelling::default(),
+            second: Dimension::from_exponents([0, 0, 1, 0, 0, 0, 0]),
+            spelling: UnitSpelling::default(),
         };
-        for (name, definition) in [("time", Definition::Time), ("pi", Definition::Pi)] {
-            let entry = Entry { definition, span: Span::default(), unit: None };
+        for (name, definition) in [("time", NameDefinition::Time), ("pi", NameDefinition::Pi)] {
+            let entry = ScopeEntry { definition, span: Span::default(), unit: None };
             scope.names.insert(name, entry);
         }
         let mut labels: BTreeMap<&str, Span> = BTreeMap::new();
@@ -236,28 +237,28 @@ impl<'a> Scope<'a> {
         for item in items {
             let (name, definition, unit) = match &item.kind {
                 ItemKind::Constant { name, unit, value } => {
-                    (name, Definition::Constant(next(0)), Some((unit, Some(value))))
+                    (name, NameDefinition::Constant(next(0)), Some((unit, Some(value))))
                 }
                 ItemKind::Parameter { name, unit, value, .. } => {
-                    (name, Definition::Parameter(next(1)), Some((unit, Some(value))))
+                    (name, NameDefinition::Parameter(next(1)), Some((unit, Some(value))))
                 }
                 ItemKind::Input { name, unit, .. } => {
-                    (name, Definition::Input(next(2)), Some((unit, None)))
+                    (name, NameDefinition::Input(next(2)), Some((unit, None)))
                 }
                 ItemKind::Unknown { declared, name, unit, start, .. } => {
                     let state = *declared != UnknownKind::Unknown;
-                    let definition = Definition::Unknown { index: next(3), state };
+                    let definition = NameDefinition::Unknown { index: next(3), state };
                     (name, definition, Some((unit, start.as_ref())))
                 }
                 ItemKind::Let { name, .. } => {
                     lets += 1;
-                    (name, Definition::Let(lets - 1), None)
+                    (name, NameDefinition::Let(lets - 1), None)
                 }
-                ItemKind::Size { name, .. } => (name, Definition::Size, None),
+                ItemKind::Size { name, .. } => (name, NameDefinition::Size, None),
                 ItemKind::Array { declared, name, unit, .. } if declared.is_unknown() => {
                     arrays += 1;
                     let state = *declared == ArrayKind::State;
-                    (name, Definition::Array { index: arrays - 1, state }, Some((unit, None)))
+                    (name, NameDefinition::Array { index: arrays - 1, state }, Some((unit, None)))
                 }
                 ItemKind::Array { declared, name, axes, unit, start, .. } => {
                     scope.vectors.push(Vector {
@@ -269,7 +270,7 @@ impl<'a> Scope<'a> {
                     });
                     (
                         name,
-                        Definition::Vector(scope.vectors.len() - 1),
+                        NameDefinition::Vector(scope.vectors.len() - 1),
                         Some((unit, start.as_ref())),
                     )
                 }
@@ -278,12 +279,17 @@ impl<'a> Scope<'a> {
                     continue;
                 }
                 ItemKind::Function { name, arguments, lets, body } => {
-                    scope.functions.push(Function { name: &name.text, arguments, lets, body });
+                    scope.functions.push(FunctionDeclaration {
+                        name: &name.text,
+                        arguments,
+                        lets,
+                        body,
+                    });
                     check_function(name, arguments, lets, diagnostics);
-                    (name, Definition::Function(scope.functions.len() - 1), None)
+                    (name, NameDefinition::Function(scope.functions.len() - 1), None)
                 }
                 ItemKind::Table { name, arguments, unit, points, attributes } => {
-                    scope.tables.push(Table {
+                    scope.tables.push(TableDeclaration {
                         name,
                         arguments,
                         unit: unit.as_ref(),
@@ -291,7 +297,7 @@ impl<'a> Scope<'a> {
                         attributes,
                     });
                     check_function(name, arguments, &[], diagnostics);
-                    (name, Definition::Table(scope.tables.len() - 1), None)
+                    (name, NameDefinition::Table(scope.tables.len() - 1), None)
                 }
                 ItemKind::Output { name, unit, .. } => {
                     unique(&mut scope.outputs, name, "output", diagnostics);
@@ -326,7 +332,7 @@ impl<'a> Scope<'a> {
             if let Some(Ok(unit)) = &unit {
                 scope.spelling.learn(unit);
             }
-            scope.insert(name, Entry { definition, span: name.span, unit }, diagnostics);
+            scope.insert(name, ScopeEntry { definition, span: name.span, unit }, diagnostics);
         }
         scope.n_scalars = [counts[0], counts[1], counts[2]];
         scope.verify_points(diagnostics);
@@ -348,9 +354,9 @@ impl<'a> Scope<'a> {
                     unique(labels, label, "equation", diagnostics);
                 }
                 ItemKind::Let { name, .. } => {
-                    let definition = Definition::LetArray(*let_arrays);
+                    let definition = NameDefinition::LetArray(*let_arrays);
                     *let_arrays += 1;
-                    let entry = Entry { definition, span: name.span, unit: None };
+                    let entry = ScopeEntry { definition, span: name.span, unit: None };
                     self.insert(name, entry, diagnostics);
                 }
                 _ => {}
@@ -373,7 +379,7 @@ impl<'a> Scope<'a> {
                 let message = format!("`{first}` and `{name}` are one name in generated code");
                 let meant = if first.contains('.') { first } else { name };
                 diagnostics.error(
-                    Diagnostic::new(Code::E202, *span, message)
+                    Diagnostic::new(Code::DuplicateName, *span, message)
                         .label(place, "the other one")
                         .help(format!(
                             "rename one of them, as `_` stands for the point there; or is `{meant}` meant?"
@@ -383,15 +389,15 @@ impl<'a> Scope<'a> {
         }
     }
 
-    fn insert(&mut self, name: &'a Name, entry: Entry, diagnostics: &mut Diagnostics) {
+    fn insert(&mut self, name: &'a Name, entry: ScopeEntry, diagnostics: &mut Diagnostics) {
         match self.names.get(name.text.as_str()) {
             None => {
                 self.names.insert(&name.text, entry);
             }
-            Some(Entry { definition: Definition::Time | Definition::Pi, .. }) => {
+            Some(ScopeEntry { definition: NameDefinition::Time | NameDefinition::Pi, .. }) => {
                 diagnostics.error(
                     Diagnostic::new(
-                        Code::E202,
+                        Code::DuplicateName,
                         name.span,
                         format!("`{}` has a meaning in every model", name.text),
                     )
@@ -401,7 +407,7 @@ impl<'a> Scope<'a> {
             Some(earlier) => {
                 diagnostics.error(
                     Diagnostic::new(
-                        Code::E202,
+                        Code::DuplicateName,
                         name.span,
                         format!("`{}` is declared twice", name.text),
                     )
@@ -415,7 +421,7 @@ impl<'a> Scope<'a> {
 /// Checks the names of a function and its arguments.
 fn check_function(
     name: &Name,
-    arguments: &[Argument],
+    arguments: &[FormalArgument],
     lets: &[LocalLet],
     diagnostics: &mut Diagnostics,
 ) {
@@ -423,7 +429,7 @@ fn check_function(
     if name.text == "der" || IntrinsicId::find(&name.text).is_some_and(is_taken) {
         diagnostics.error(
             Diagnostic::new(
-                Code::E202,
+                Code::DuplicateName,
                 name.span,
                 format!("`{}` is a function of the language", name.text),
             )
@@ -442,7 +448,7 @@ fn check_function(
         if let Some((later, place)) = early {
             let message = format!("`{}` is read before its own line", later.name.text);
             diagnostics.error(
-                Diagnostic::new(Code::E206, place, message)
+                Diagnostic::new(Code::CircularDefinition, place, message)
                     .label(later.name.span, "declared here")
                     .help("a `let` of a function reads those above it"),
             );
@@ -460,7 +466,7 @@ fn read_of(name: &str, expr: &Expr) -> Option<Span> {
 
 /// Labels in a `modes` block. Modes exclude each other, so another mode may use the same label.
 fn labels_of_modes<'a>(
-    modes: &'a [Choice],
+    modes: &'a [VariantChoice],
     labels: &mut BTreeMap<&'a str, Span>,
     diagnostics: &mut Diagnostics,
 ) {
@@ -489,7 +495,7 @@ fn unique<'a>(
         Some(first) => {
             diagnostics.error(
                 Diagnostic::new(
-                    Code::E202,
+                    Code::DuplicateName,
                     name.span,
                     format!("two {what}s are called `{}`", name.text),
                 )
@@ -504,10 +510,10 @@ fn unique<'a>(
 /// A cycle is reported with its chain; its members are left out.
 pub(super) fn in_order<'a>(
     items: &[&'a Item],
-    scope: &Scope<'a>,
+    scope: &ModelScope<'a>,
     replaced: &BTreeMap<&str, &'a Expr>,
     diagnostics: &mut Diagnostics,
-) -> Vec<(&'a Item, Result<(), Reported>)> {
+) -> Vec<(&'a Item, Result<(), ErrorReported>)> {
     let mut values: Vec<(&'a Item, &'a Name, &'a Expr)> = Vec::new();
     for item in items {
         if let ItemKind::Constant { name, value, .. }
@@ -557,39 +563,39 @@ pub(super) fn in_order<'a>(
         .collect();
 
     // Depth first, without recursion; a value met again while it is on the path closes a cycle.
-    let mut state = vec![Visit::New; values.len()];
+    let mut state = vec![VisitState::New; values.len()];
     let mut order = Vec::with_capacity(values.len());
     for start in 0..values.len() {
-        if state[start] != Visit::New {
+        if state[start] != VisitState::New {
             continue;
         }
         let mut path = vec![(start, 0)];
-        state[start] = Visit::Open;
+        state[start] = VisitState::Open;
         while let Some((value, next)) = path.last_mut() {
             let value = *value;
             let Some(&needed) = needs[value].get(*next) else {
-                if state[value] == Visit::Open {
+                if state[value] == VisitState::Open {
                     order.push((values[value].0, Ok(())));
-                    state[value] = Visit::Done;
+                    state[value] = VisitState::Done;
                 }
                 path.pop();
                 continue;
             };
             *next += 1;
             match state[needed] {
-                Visit::New => {
-                    state[needed] = Visit::Open;
+                VisitState::New => {
+                    state[needed] = VisitState::Open;
                     path.push((needed, 0));
                 }
-                Visit::Done | Visit::Failed => {}
-                Visit::Open => {
+                VisitState::Done | VisitState::Failed => {}
+                VisitState::Open => {
                     let from = path.iter().position(|(v, _)| *v == needed).unwrap_or(0);
                     let cycle: Vec<usize> = path[from..].iter().map(|(v, _)| *v).collect();
                     let reported = report_cycle(&cycle, &values, diagnostics);
                     for v in cycle {
-                        if state[v] == Visit::Open {
+                        if state[v] == VisitState::Open {
                             order.push((values[v].0, Err(reported)));
-                            state[v] = Visit::Failed;
+                            state[v] = VisitState::Failed;
                         }
                     }
                 }
@@ -600,7 +606,7 @@ pub(super) fn in_order<'a>(
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Visit {
+enum VisitState {
     New,
     Open,
     Done,
@@ -611,7 +617,7 @@ fn report_cycle(
     cycle: &[usize],
     values: &[(&Item, &Name, &Expr)],
     diagnostics: &mut Diagnostics,
-) -> Reported {
+) -> ErrorReported {
     let chain: Vec<String> =
         cycle.iter().chain(cycle.first()).map(|v| format!("`{}`", values[*v].1.text)).collect();
     let first = values[cycle[0]].1;
@@ -621,7 +627,7 @@ fn report_cycle(
         chain.join(" → ")
     };
     let mut diagnostic = Diagnostic::new(
-        Code::E206,
+        Code::CircularDefinition,
         first.span,
         format!("`{}` depends on itself: {shown}", first.text),
     )

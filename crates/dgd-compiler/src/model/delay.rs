@@ -1,37 +1,41 @@
 //! `delay(x, tau)`: the value of `x` a time `tau` ago.
 
-use super::check_units::Dim;
-use super::expression::{Arguments, Lowering, Typed};
-use crate::diagnostics::{Code, Diagnostic, Diagnostics, Reported};
+use super::check_units::ExprDimension;
+use super::expression::{ExprLowering, OpenArguments, TypedExpr};
+use crate::diagnostics::{Code, Diagnostic, Diagnostics, ErrorReported};
 use crate::expr::{ExprId, Node, Symbol};
 use crate::source::Span;
 use crate::syntax::ast::Expr;
 
-impl<'a> Lowering<'a> {
+impl<'a> ExprLowering<'a> {
     /// The delay of an expression by a constant or parametric time.
     pub(super) fn delay(
         &mut self,
         list: &'a [Expr],
         span: Span,
-        arguments: &Arguments<'a>,
+        arguments: &OpenArguments<'a>,
         diagnostics: &mut Diagnostics,
-    ) -> Result<Typed, Reported> {
+    ) -> Result<TypedExpr, ErrorReported> {
         let [x_expr, tau_expr] = list else {
             let n = list.len();
             return Err(diagnostics.error(
-                Diagnostic::new(Code::E204, span, format!("`delay` takes 2 arguments, not {n}"))
-                    .help("write what is late and by how much: `delay(x, 3 [s])`"),
+                Diagnostic::new(
+                    Code::ArgumentCount,
+                    span,
+                    format!("`delay` takes 2 arguments, not {n}"),
+                )
+                .help("write what is late and by how much: `delay(x, 3 [s])`"),
             ));
         };
         let x = self.lower(x_expr, arguments, diagnostics);
         let tau = self.lower(tau_expr, arguments, diagnostics);
         let (x, tau) = (x?, tau?);
-        if tau.dim.with(Dim::Of(self.scope.second)).is_none() {
+        if tau.dim.unify(ExprDimension::Of(self.scope.second)).is_none() {
             let dimension = tau.dim.dimension();
             let message =
                 format!("a delay is a time, but this is {}", self.scope.spelling.being(dimension));
             return Err(diagnostics.error(
-                Diagnostic::new(Code::E302, tau_expr.span, message)
+                Diagnostic::new(Code::UnitsOfSides, tau_expr.span, message)
                     .here(self.scope.spelling.this_is(dimension))
                     .help("give it in a unit of time: `delay(x, 3 [s])`"),
             ));
@@ -50,11 +54,10 @@ impl<'a> Lowering<'a> {
         let counts = self.graph.symbols(tau.id).contains(&Symbol::Counter);
         self.strided |= is_of_rows(x.id) || is_of_rows(tau.id) || counts;
         if let Some((what, help)) = self.cannot_be_followed(x.id, tau.id) {
-            return Err(
-                diagnostics.error(Diagnostic::new(Code::E215, tau_expr.span, what).help(help))
-            );
+            return Err(diagnostics
+                .error(Diagnostic::new(Code::InvalidDelay, tau_expr.span, what).help(help)));
         }
-        Ok(Typed { id: self.graph.intern(Node::Delay(x.id, tau.id)), dim: x.dim })
+        Ok(TypedExpr { id: self.graph.intern(Node::Delay(x.id, tau.id)), dim: x.dim })
     }
 
     /// The reason why a varying or nested delay is not supported, and a remedy.

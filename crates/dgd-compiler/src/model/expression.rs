@@ -3,16 +3,17 @@
 use std::collections::BTreeMap;
 
 use super::arrays::whole::{LoopIndex, open_index};
-use super::check_units::{Dim, Located, Spelling, quotient_for_derivative};
-use super::define::{Definition, Function, Scope, Table};
-use super::resolve::Reading;
-use super::tables::Resolved;
-use crate::diagnostics::{Code, Diagnostic, Diagnostics, Reported};
+use super::check_units::{ExprDimension, LocatedDimension, UnitSpelling, quotient_for_derivative};
+use super::define::{FunctionDeclaration, ModelScope, NameDefinition, TableDeclaration};
+use super::resolve::NumberReading;
+use super::tables::ResolvedTable;
+use crate::diagnostics::{Code, Diagnostic, Diagnostics, ErrorReported};
 use crate::expr::intrinsics::{INTRINSICS, IntrinsicId};
-use crate::expr::{ExprId, Graph, Node, Symbol};
+use crate::expr::{ExprGraph, ExprId, Node, Symbol};
 use crate::source::Span;
 use crate::syntax::ast::{
-    Argument, Expr, ExprKind, Factor, LocalLet, Name, Reducing, Sign, Unit as WrittenUnit,
+    Expr, ExprKind, FactorSide, FormalArgument, LocalLet, Name, ReductionOperation, Sign,
+    WrittenUnit,
 };
 use crate::units::{Dimension, Unit};
 
@@ -27,36 +28,36 @@ const MOST_WRITTEN: usize = 2_000_000;
 
 /// An expression in the graph and its dimension.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-pub(super) struct Typed {
+pub(super) struct TypedExpr {
     pub(super) id: ExprId,
-    pub(super) dim: Dim,
+    pub(super) dim: ExprDimension,
 }
 
-impl Typed {
-    pub(super) fn at(self, span: Span) -> Located {
-        Located { dim: self.dim, span }
+impl TypedExpr {
+    pub(super) fn locate(self, span: Span) -> LocatedDimension {
+        LocatedDimension { dim: self.dim, span }
     }
 }
 
 /// The arguments of an open function by name.
-pub(super) type Arguments<'a> = BTreeMap<&'a str, Typed>;
+pub(super) type OpenArguments<'a> = BTreeMap<&'a str, TypedExpr>;
 
 /// Lowers expressions into a graph.
-pub(super) struct Lowering<'a> {
-    pub(super) scope: Scope<'a>,
-    pub(super) graph: Graph,
+pub(super) struct ExprLowering<'a> {
+    pub(super) scope: ModelScope<'a>,
+    pub(super) graph: ExprGraph,
     /// `let`s evaluated so far; an error proves that a failed one was reported.
-    pub(super) lets: BTreeMap<&'a str, Result<Typed, Reported>>,
+    pub(super) lets: BTreeMap<&'a str, Result<TypedExpr, ErrorReported>>,
     /// Values of constants evaluated so far, by position.
     pub(super) constants: BTreeMap<u32, f64>,
     /// Tables read so far, by position.
-    pub(super) tables: BTreeMap<usize, Result<Resolved, Reported>>,
+    pub(super) tables: BTreeMap<usize, Result<ResolvedTable, ErrorReported>>,
     /// Results of calls, so that equal calls are expanded once.
-    pub(super) calls: BTreeMap<(&'a str, Vec<Typed>), Result<Typed, Reported>>,
+    pub(super) calls: BTreeMap<(&'a str, Vec<TypedExpr>), Result<TypedExpr, ErrorReported>>,
     /// Functions being expanded, innermost last.
     pub(super) open: Vec<&'a str>,
     /// Proof that too many calls have been reported, which happens once.
-    exhausted: Option<Reported>,
+    exhausted: Option<ErrorReported>,
     depth: usize,
     /// Expressions lowered so far, counted as often as sums and loops write them out.
     written: usize,
@@ -70,14 +71,15 @@ pub(super) struct Lowering<'a> {
     /// Dimensions of expressions by place, if requested.
     pub(super) dimensions: Option<BTreeMap<Span, Dimension>>,
     /// `let`s of loops, by name and indices.
-    pub(super) opened_lets: BTreeMap<(&'a str, Vec<LoopIndex<'a>>), Result<Typed, Reported>>,
+    pub(super) opened_lets:
+        BTreeMap<(&'a str, Vec<LoopIndex<'a>>), Result<TypedExpr, ErrorReported>>,
 }
 
-impl<'a> Lowering<'a> {
-    pub(super) fn new(scope: Scope<'a>) -> Self {
-        Lowering {
+impl<'a> ExprLowering<'a> {
+    pub(super) fn new(scope: ModelScope<'a>) -> Self {
+        ExprLowering {
             scope,
-            graph: Graph::default(),
+            graph: ExprGraph::default(),
             lets: BTreeMap::new(),
             constants: BTreeMap::new(),
             tables: BTreeMap::new(),
@@ -100,8 +102,8 @@ impl<'a> Lowering<'a> {
         &mut self,
         expr: &'a Expr,
         diagnostics: &mut Diagnostics,
-    ) -> Result<Typed, Reported> {
-        self.lower(expr, &Arguments::new(), diagnostics)
+    ) -> Result<TypedExpr, ErrorReported> {
+        self.lower(expr, &OpenArguments::new(), diagnostics)
     }
 
     /// The value of an expression of constants; `None` if it reads anything else.
@@ -121,14 +123,14 @@ impl<'a> Lowering<'a> {
     pub(super) fn lower(
         &mut self,
         expr: &'a Expr,
-        arguments: &Arguments<'a>,
+        arguments: &OpenArguments<'a>,
         diagnostics: &mut Diagnostics,
-    ) -> Result<Typed, Reported> {
+    ) -> Result<TypedExpr, ErrorReported> {
         self.depth += 1;
         self.written += 1;
         let result = if self.depth > DEEPEST {
             Err(diagnostics.error(
-                Diagnostic::new(Code::E211, expr.span, "expressions nest too deep here")
+                Diagnostic::new(Code::ModelTooLarge, expr.span, "expressions nest too deep here")
                     .help("give inner parts a `let` of their own"),
             ))
         } else {
@@ -146,17 +148,17 @@ impl<'a> Lowering<'a> {
         &self,
         place: Span,
         diagnostics: &mut Diagnostics,
-    ) -> Result<(), Reported> {
+    ) -> Result<(), ErrorReported> {
         if self.written <= MOST_WRITTEN {
             return Ok(());
         }
-        if let Some(said) = diagnostics.said(Code::E211, place) {
+        if let Some(said) = diagnostics.said(Code::ModelTooLarge, place) {
             return Err(said);
         }
         let message = format!(
             "the sums and loops of this model write out more than {MOST_WRITTEN} operations"
         );
-        Err(diagnostics.error(Diagnostic::new(Code::E211, place, message).help(
+        Err(diagnostics.error(Diagnostic::new(Code::ModelTooLarge, place, message).help(
             "add up in a loop: `equation add[i]: total[i] = total[i-1] + …`, of an array of `unknown`s",
         )))
     }
@@ -164,9 +166,9 @@ impl<'a> Lowering<'a> {
     fn lower_kind(
         &mut self,
         expr: &'a Expr,
-        arguments: &Arguments<'a>,
+        arguments: &OpenArguments<'a>,
         diagnostics: &mut Diagnostics,
-    ) -> Result<Typed, Reported> {
+    ) -> Result<TypedExpr, ErrorReported> {
         let span = expr.span;
         match &expr.kind {
             ExprKind::Number { value, unit, .. } => {
@@ -181,8 +183,12 @@ impl<'a> Lowering<'a> {
             }
             ExprKind::Reduce(reduction) => self.reduction(reduction, span, arguments, diagnostics),
             ExprKind::List(_) => Err(diagnostics.error(
-                Diagnostic::new(Code::E233, span, "a list of values stands only for an array")
-                    .help("write one value here"),
+                Diagnostic::new(
+                    Code::ValueCount,
+                    span,
+                    "a list of values stands only for an array",
+                )
+                .help("write one value here"),
             )),
             ExprKind::Group(inner) => self.lower(inner, arguments, diagnostics),
             ExprKind::Negate(inner) => {
@@ -191,7 +197,7 @@ impl<'a> Lowering<'a> {
                     return self.literal(-value, unit.as_ref(), diagnostics);
                 }
                 let inner = self.lower(inner, arguments, diagnostics)?;
-                Ok(Typed { id: self.graph.intern(Node::Negate(inner.id)), dim: inner.dim })
+                Ok(TypedExpr { id: self.graph.intern(Node::Negate(inner.id)), dim: inner.dim })
             }
             ExprKind::Sum(terms) => self.sum(terms, arguments, diagnostics),
             ExprKind::Product(factors) => self.product(factors, arguments, diagnostics),
@@ -203,10 +209,10 @@ impl<'a> Lowering<'a> {
                 let dim = self
                     .scope
                     .spelling
-                    .power(b.at(base.span), e.at(exponent.span), value, span)
+                    .power(b.locate(base.span), e.locate(exponent.span), value, span)
                     .map_err(|diagnostic| diagnostics.error(diagnostic))?;
                 let id = self.graph.intern(Node::Call2(IntrinsicId::named("^"), b.id, e.id));
-                Ok(Typed { id, dim })
+                Ok(TypedExpr { id, dim })
             }
             ExprKind::If(condition, then, otherwise) => {
                 let condition = self.condition(condition, arguments, diagnostics);
@@ -216,14 +222,18 @@ impl<'a> Lowering<'a> {
                 let dim = self
                     .scope
                     .spelling
-                    .same("choose between", a.at(then.span), b.at(otherwise.span))
+                    .same("choose between", a.locate(then.span), b.locate(otherwise.span))
                     .map_err(|diagnostic| diagnostics.error(diagnostic))?;
-                Ok(Typed { id: self.graph.intern(Node::Select(condition, a.id, b.id)), dim })
+                Ok(TypedExpr { id: self.graph.intern(Node::Select(condition, a.id, b.id)), dim })
             }
             ExprKind::Compare(..) | ExprKind::And(_) | ExprKind::Or(_) | ExprKind::Not(_) => {
                 Err(diagnostics.error(
-                    Diagnostic::new(Code::E210, span, "a number is needed here, not a condition")
-                        .help("write `if condition then 1 else 0` to make a number of it"),
+                    Diagnostic::new(
+                        Code::ConditionAsNumber,
+                        span,
+                        "a number is needed here, not a condition",
+                    )
+                    .help("write `if condition then 1 else 0` to make a number of it"),
                 ))
             }
         }
@@ -234,25 +244,25 @@ impl<'a> Lowering<'a> {
         value: f64,
         unit: Option<&'a WrittenUnit>,
         diagnostics: &mut Diagnostics,
-    ) -> Result<Typed, Reported> {
+    ) -> Result<TypedExpr, ErrorReported> {
         let (value, dim) = match unit {
-            None if value == 0.0 => (0.0, Dim::Zero),
-            None => (value, Dim::ONE),
+            None if value == 0.0 => (0.0, ExprDimension::Zero),
+            None => (value, ExprDimension::ONE),
             Some(written) => {
                 let unit = unit_of(Some(written), diagnostics)?;
-                (unit.to_si(value), Dim::Of(unit.dimension))
+                (unit.to_si(value), ExprDimension::Of(unit.dimension))
             }
         };
-        Ok(Typed { id: self.graph.constant(value), dim })
+        Ok(TypedExpr { id: self.graph.constant(value), dim })
     }
 
     fn sum(
         &mut self,
         terms: &'a [(Sign, Expr)],
-        arguments: &Arguments<'a>,
+        arguments: &OpenArguments<'a>,
         diagnostics: &mut Diagnostics,
-    ) -> Result<Typed, Reported> {
-        let mut sum: Option<Result<(Typed, Span), Reported>> = None;
+    ) -> Result<TypedExpr, ErrorReported> {
+        let mut sum: Option<Result<(TypedExpr, Span), ErrorReported>> = None;
         for (sign, term) in terms {
             let typed = self.lower(term, arguments, diagnostics);
             sum = Some(match (sum, typed) {
@@ -262,7 +272,7 @@ impl<'a> Lowering<'a> {
                     let doing = if *sign == Sign::Plus { "add" } else { "subtract" };
                     self.scope
                         .spelling
-                        .same(doing, total.at(total_span), typed.at(term.span))
+                        .same(doing, total.locate(total_span), typed.locate(term.span))
                         .map_err(|diagnostic| diagnostics.error(diagnostic))
                         .map(|dim| {
                             let node = match sign {
@@ -270,7 +280,7 @@ impl<'a> Lowering<'a> {
                                 Sign::Minus => Node::Subtract(total.id, typed.id),
                             };
                             let id = self.graph.intern(node);
-                            (Typed { id, dim }, total_span.to(term.span))
+                            (TypedExpr { id, dim }, total_span.join(term.span))
                         })
                 }
             });
@@ -281,10 +291,10 @@ impl<'a> Lowering<'a> {
 
     fn product(
         &mut self,
-        factors: &'a [(Factor, Expr)],
-        arguments: &Arguments<'a>,
+        factors: &'a [(FactorSide, Expr)],
+        arguments: &OpenArguments<'a>,
         diagnostics: &mut Diagnostics,
-    ) -> Result<Typed, Reported> {
+    ) -> Result<TypedExpr, ErrorReported> {
         let is_known = |name: &str| {
             arguments.contains_key(name)
                 || self.scope.names.contains_key(name)
@@ -293,22 +303,22 @@ impl<'a> Lowering<'a> {
         if let Some(mistake) = quotient_for_derivative(factors, &self.scope, &is_known) {
             return Err(diagnostics.error(mistake));
         }
-        let mut product: Option<Result<Typed, Reported>> = None;
+        let mut product: Option<Result<TypedExpr, ErrorReported>> = None;
         for (factor, expr) in factors {
             let typed = self.lower(expr, arguments, diagnostics);
             product = Some(match (product, typed) {
                 (None, typed) => typed,
                 (Some(Err(reported)), _) | (Some(Ok(_)), Err(reported)) => Err(reported),
                 (Some(Ok(total)), Ok(typed)) => {
-                    let over = *factor == Factor::Over;
-                    Spelling::product(total.dim, typed.dim, over, expr.span)
+                    let over = *factor == FactorSide::Over;
+                    UnitSpelling::product(total.dim, typed.dim, over, expr.span)
                         .map_err(|diagnostic| diagnostics.error(diagnostic))
                         .map(|dim| {
                             let node = match factor {
-                                Factor::Times => Node::Multiply(total.id, typed.id),
-                                Factor::Over => Node::Divide(total.id, typed.id),
+                                FactorSide::Times => Node::Multiply(total.id, typed.id),
+                                FactorSide::Over => Node::Divide(total.id, typed.id),
                             };
-                            Typed { id: self.graph.intern(node), dim }
+                            TypedExpr { id: self.graph.intern(node), dim }
                         })
                 }
             });
@@ -321,18 +331,18 @@ impl<'a> Lowering<'a> {
         &mut self,
         expr: &'a Expr,
         diagnostics: &mut Diagnostics,
-    ) -> Result<ExprId, Reported> {
-        self.condition(expr, &Arguments::new(), diagnostics)
+    ) -> Result<ExprId, ErrorReported> {
+        self.condition(expr, &OpenArguments::new(), diagnostics)
     }
 
     fn condition(
         &mut self,
         expr: &'a Expr,
-        arguments: &Arguments<'a>,
+        arguments: &OpenArguments<'a>,
         diagnostics: &mut Diagnostics,
-    ) -> Result<ExprId, Reported> {
+    ) -> Result<ExprId, ErrorReported> {
         let mut chain = |this: &mut Self, parts: &'a [Expr], join: fn(ExprId, ExprId) -> Node| {
-            let mut joined: Option<Result<ExprId, Reported>> = None;
+            let mut joined: Option<Result<ExprId, ErrorReported>> = None;
             for part in parts {
                 let part = this.condition(part, arguments, diagnostics);
                 joined = Some(match (joined, part) {
@@ -357,7 +367,7 @@ impl<'a> Lowering<'a> {
                 let (a, b) = (a?, b?);
                 self.scope
                     .spelling
-                    .same("compare", a.at(left.span), b.at(right.span))
+                    .same("compare", a.locate(left.span), b.locate(right.span))
                     .map_err(|diagnostic| diagnostics.error(diagnostic))?;
                 Ok(self.graph.intern(Node::Compare(*comparison, a.id, b.id)))
             }
@@ -372,8 +382,12 @@ impl<'a> Lowering<'a> {
             | ExprKind::Product(_)
             | ExprKind::Power(..)
             | ExprKind::If(..) => Err(diagnostics.error(
-                Diagnostic::new(Code::E210, expr.span, "a condition is needed here, not a number")
-                    .help("compare it with something, such as `> 0`"),
+                Diagnostic::new(
+                    Code::ConditionAsNumber,
+                    expr.span,
+                    "a condition is needed here, not a number",
+                )
+                .help("compare it with something, such as `> 0`"),
             )),
         }
     }
@@ -382,9 +396,9 @@ impl<'a> Lowering<'a> {
         &mut self,
         name: &'a str,
         span: Span,
-        arguments: &Arguments<'a>,
+        arguments: &OpenArguments<'a>,
         diagnostics: &mut Diagnostics,
-    ) -> Result<Typed, Reported> {
+    ) -> Result<TypedExpr, ErrorReported> {
         if let Some(typed) = arguments.get(name) {
             return Ok(*typed);
         }
@@ -395,56 +409,61 @@ impl<'a> Lowering<'a> {
             return Err(self.unknown_name(name, span, arguments, diagnostics));
         };
         let (symbol, unit) = match entry.definition {
-            Definition::Time => (Symbol::Time, self.scope.second),
-            Definition::Pi => {
+            NameDefinition::Time => (Symbol::Time, self.scope.second),
+            NameDefinition::Pi => {
                 let id = self.graph.constant(std::f64::consts::PI);
-                return Ok(Typed { id, dim: Dim::ONE });
+                return Ok(TypedExpr { id, dim: ExprDimension::ONE });
             }
-            Definition::Let(_) => {
+            NameDefinition::Let(_) => {
                 return self.lets.get(name).copied().unwrap_or_else(|| {
                     unreachable!("`let`s are done in an order in which each needs earlier ones")
                 });
             }
-            Definition::Function(_) | Definition::Table(_) => {
+            NameDefinition::Function(_) | NameDefinition::Table(_) => {
                 let noun = entry.definition.noun();
                 return Err(diagnostics.error(
-                    Diagnostic::new(Code::E205, span, format!("`{name}` is {noun}"))
+                    Diagnostic::new(Code::MisusedName, span, format!("`{name}` is {noun}"))
                         .help(format!("call it: `{name}(…)`")),
                 ));
             }
-            Definition::Size => {
+            NameDefinition::Size => {
                 let size = self.scope.sizes.get(name).copied();
                 let size = size.unwrap_or_else(|| unreachable!("sizes are worked out first"))?;
-                return Ok(Typed { id: self.graph.constant(size as f64), dim: Dim::ONE });
+                return Ok(TypedExpr {
+                    id: self.graph.constant(size as f64),
+                    dim: ExprDimension::ONE,
+                });
             }
-            Definition::Array { .. } | Definition::Vector(_) | Definition::LetArray(_) => {
+            NameDefinition::Array { .. }
+            | NameDefinition::Vector(_)
+            | NameDefinition::LetArray(_) => {
                 return Err(diagnostics.error(
-                    Diagnostic::new(Code::E232, span, format!("`{name}` is an array"))
+                    Diagnostic::new(Code::ArrayAsNumber, span, format!("`{name}` is an array"))
                         .label(entry.span, "declared here")
                         .help(format!("say which element: `{name}[…]`")),
                 ));
             }
-            Definition::Constant(i) => (Symbol::Constant(i), self.scope.dimension(name)?),
-            Definition::Parameter(i) => (Symbol::Parameter(i), self.scope.dimension(name)?),
-            Definition::Input(i) => (Symbol::Input(i), self.scope.dimension(name)?),
-            Definition::Unknown { index, .. } => {
+            NameDefinition::Constant(i) => (Symbol::Constant(i), self.scope.dimension(name)?),
+            NameDefinition::Parameter(i) => (Symbol::Parameter(i), self.scope.dimension(name)?),
+            NameDefinition::Input(i) => (Symbol::Input(i), self.scope.dimension(name)?),
+            NameDefinition::Unknown { index, .. } => {
                 (Symbol::Unknown(index), self.scope.dimension(name)?)
             }
         };
-        Ok(Typed { id: self.graph.symbol(symbol), dim: Dim::Of(unit) })
+        Ok(TypedExpr { id: self.graph.symbol(symbol), dim: ExprDimension::Of(unit) })
     }
 
     pub(super) fn unknown_name(
         &self,
         name: &str,
         span: Span,
-        arguments: &Arguments<'a>,
+        arguments: &OpenArguments<'a>,
         diagnostics: &mut Diagnostics,
-    ) -> Reported {
+    ) -> ErrorReported {
         if let Some(place) = self.scope.outputs.get(name) {
             return diagnostics.error(
                 Diagnostic::new(
-                    Code::E205,
+                    Code::MisusedName,
                     span,
                     format!("`{name}` is an output, which cannot be read inside the model"),
                 )
@@ -453,17 +472,18 @@ impl<'a> Lowering<'a> {
             );
         }
         // For names that a function reads from outside, the error is reported at the function.
-        let known_error =
-            [Code::E201, Code::E206].into_iter().find_map(|code| diagnostics.said(code, span));
+        let known_error = [Code::UnknownName, Code::CircularDefinition]
+            .into_iter()
+            .find_map(|code| diagnostics.said(code, span));
         if let Some(known_error) = known_error {
             return known_error;
         }
         let candidates = arguments.keys().copied().chain(self.scope.names.keys().copied());
         let near = || diagnostics.suggestion(name, candidates);
         let mut diagnostic =
-            Diagnostic::new(Code::E201, span, format!("nothing is called `{name}`"));
+            Diagnostic::new(Code::UnknownName, span, format!("nothing is called `{name}`"));
         if name == "delay" || IntrinsicId::find(name).is_some() {
-            diagnostic.code = Code::E205;
+            diagnostic.code = Code::MisusedName;
             diagnostic.message = format!("`{name}` is a function");
             diagnostic.help = Some(format!("call it: `{name}(…)`"));
         } else if let Some(near) = near() {
@@ -477,9 +497,9 @@ impl<'a> Lowering<'a> {
         function: &'a Name,
         list: &'a [Expr],
         span: Span,
-        arguments: &Arguments<'a>,
+        arguments: &OpenArguments<'a>,
         diagnostics: &mut Diagnostics,
-    ) -> Result<Typed, Reported> {
+    ) -> Result<TypedExpr, ErrorReported> {
         let name = function.text.as_str();
         if name == "der" {
             return self.derivative(list, span, diagnostics);
@@ -488,14 +508,18 @@ impl<'a> Lowering<'a> {
             return self.delay(list, span, arguments, diagnostics);
         }
         let is_known = self.scope.names.contains_key(name) || IntrinsicId::find(name).is_some();
-        if !is_known && Reducing::ALL.iter().any(|(word, _)| *word == name) {
+        if !is_known && ReductionOperation::ALL.iter().any(|(word, _)| *word == name) {
             let array = match list {
                 [Expr { kind: ExprKind::Name(array), .. }] => array,
                 _ => "x",
             };
             return Err(diagnostics.error(
-                Diagnostic::new(Code::E203, function.span, format!("`{name}` goes over indices"))
-                    .help(format!("say over which: `{name}({array}[i] for i in 1..N)`")),
+                Diagnostic::new(
+                    Code::UnknownFunction,
+                    function.span,
+                    format!("`{name}` goes over indices"),
+                )
+                .help(format!("say over which: `{name}({array}[i] for i in 1..N)`")),
             ));
         }
         let mut typed = Vec::with_capacity(list.len());
@@ -509,14 +533,14 @@ impl<'a> Lowering<'a> {
         let wrong_number = |expected: usize, diagnostics: &mut Diagnostics| {
             let noun = if expected == 1 { "argument" } else { "arguments" };
             diagnostics.error(Diagnostic::new(
-                Code::E204,
+                Code::ArgumentCount,
                 span,
                 format!("`{name}` takes {expected} {noun}, not {}", list.len()),
             ))
         };
         let definition = self.scope.names.get(name).map(|entry| (entry.definition, entry.span));
         match definition {
-            Some((Definition::Function(index), place)) => {
+            Some((NameDefinition::Function(index), place)) => {
                 let declared = self.scope.functions[index];
                 if declared.arguments.len() != list.len() {
                     return Err(wrong_number(declared.arguments.len(), diagnostics));
@@ -526,8 +550,8 @@ impl<'a> Lowering<'a> {
                 let passed = CallArguments { typed, spans, call: span, place };
                 self.open_function(declared, passed, diagnostics)
             }
-            Some((Definition::Table(index), place)) => {
-                let Table { name, arguments, .. } = self.scope.tables[index];
+            Some((NameDefinition::Table(index), place)) => {
+                let TableDeclaration { name, arguments, .. } = self.scope.tables[index];
                 if arguments.len() != list.len() {
                     return Err(wrong_number(arguments.len(), diagnostics));
                 }
@@ -545,19 +569,23 @@ impl<'a> Lowering<'a> {
                 self.look_up(index, &bound, &passed.spans, diagnostics)
             }
             Some((_, place)) => Err(diagnostics.error(
-                Diagnostic::new(Code::E205, function.span, format!("`{name}` is not a function"))
-                    .label(place, "declared here")
-                    .help(format!("write `{name} * (…)` for a product")),
+                Diagnostic::new(
+                    Code::MisusedName,
+                    function.span,
+                    format!("`{name}` is not a function"),
+                )
+                .label(place, "declared here")
+                .help(format!("write `{name} * (…)` for a product")),
             )),
             None => {
                 let Some(intrinsic) = IntrinsicId::find(name) else {
-                    if let Some(said) = diagnostics.said(Code::E203, function.span) {
+                    if let Some(said) = diagnostics.said(Code::UnknownFunction, function.span) {
                         return Err(said);
                     }
                     let known = INTRINSICS.iter().map(|i| i.name);
                     let of_model = self.scope.function_names();
                     let mut diagnostic = Diagnostic::new(
-                        Code::E203,
+                        Code::UnknownFunction,
                         function.span,
                         format!("there is no function `{name}`"),
                     );
@@ -572,31 +600,31 @@ impl<'a> Lowering<'a> {
                     return Err(wrong_number(arity, diagnostics));
                 }
                 failed.map_or(Ok(()), Err)?;
-                let dims: Vec<Located> =
-                    typed.iter().zip(list).map(|(t, e)| t.at(e.span)).collect();
+                let dims: Vec<LocatedDimension> =
+                    typed.iter().zip(list).map(|(t, e)| t.locate(e.span)).collect();
                 let dim = self
                     .scope
                     .spelling
                     .call(name, intrinsic.get().unit_rule, &dims, span)
                     .map_err(|diagnostic| diagnostics.error(diagnostic))?;
                 let ids: Vec<ExprId> = typed.iter().map(|t| t.id).collect();
-                Ok(Typed { id: self.graph.intern_call(intrinsic, &ids), dim })
+                Ok(TypedExpr { id: self.graph.intern_call(intrinsic, &ids), dim })
             }
         }
     }
 
     fn open_function(
         &mut self,
-        function: Function<'a>,
+        function: FunctionDeclaration<'a>,
         passed: CallArguments,
         diagnostics: &mut Diagnostics,
-    ) -> Result<Typed, Reported> {
-        let Function { name, arguments: declared, .. } = function;
+    ) -> Result<TypedExpr, ErrorReported> {
+        let FunctionDeclaration { name, arguments: declared, .. } = function;
         if self.open.contains(&name) {
             let chain = self.open.join("` → `");
             return Err(diagnostics.error(
                 Diagnostic::new(
-                    Code::E206,
+                    Code::CircularDefinition,
                     passed.call,
                     format!("the function `{name}` calls itself: `{chain}` → `{name}`"),
                 )
@@ -604,13 +632,13 @@ impl<'a> Lowering<'a> {
             ));
         }
         let mut taken = Vec::with_capacity(declared.len());
-        for Argument { name, unit } in declared {
+        for FormalArgument { name, unit } in declared {
             let unit = unit.as_ref().map(|unit| unit_of(Some(unit), diagnostics)).transpose()?;
             taken.push((name, unit));
         }
         let values = self.bind(name, &taken, &passed, diagnostics)?;
         let names = declared.iter().map(|argument| argument.name.text.as_str());
-        let bound: Arguments<'a> = names.zip(values).collect();
+        let bound: OpenArguments<'a> = names.zip(values).collect();
         let key = (name, passed.typed);
         if let Some(result) = self.calls.get(&key) {
             return *result;
@@ -618,9 +646,13 @@ impl<'a> Lowering<'a> {
         if self.calls.len() >= MOST_CALLS {
             let reported = self.exhausted.get_or_insert_with(|| {
                 diagnostics.error(
-                    Diagnostic::new(Code::E211, passed.call, "the model opens too many calls")
-                        .label(passed.place, format!("`{name}` multiplies when it is opened"))
-                        .help("name repeated parts with `let`, and give functions fewer calls"),
+                    Diagnostic::new(
+                        Code::ModelTooLarge,
+                        passed.call,
+                        "the model opens too many calls",
+                    )
+                    .label(passed.place, format!("`{name}` multiplies when it is opened"))
+                    .help("name repeated parts with `let`, and give functions fewer calls"),
                 )
             });
             return Err(*reported);
@@ -642,18 +674,18 @@ impl<'a> Lowering<'a> {
         arguments: &[(&Name, Option<Unit>)],
         passed: &CallArguments,
         diagnostics: &mut Diagnostics,
-    ) -> Result<Vec<Typed>, Reported> {
+    ) -> Result<Vec<TypedExpr>, ErrorReported> {
         let mut bound = Vec::with_capacity(passed.typed.len());
         let bindings = arguments.iter().zip(&passed.typed).zip(&passed.spans);
         for (((argument, unit), typed), span) in bindings {
             let mut typed = *typed;
             if let Some(unit) = unit {
-                let wanted = Dim::Of(unit.dimension);
-                if typed.dim.with(wanted).is_none() {
+                let wanted = ExprDimension::Of(unit.dimension);
+                if typed.dim.unify(wanted).is_none() {
                     let dimension = typed.dim.dimension();
                     return Err(diagnostics.error(
                         Diagnostic::new(
-                            Code::E302,
+                            Code::UnitsOfSides,
                             *span,
                             format!(
                                 "`{called}` takes `{}` in `{}`, not {}",
@@ -676,15 +708,18 @@ impl<'a> Lowering<'a> {
     /// Expands a function whose arguments all have units, to find errors in its body.
     pub(super) fn check_function(
         &mut self,
-        function: Function<'a>,
+        function: FunctionDeclaration<'a>,
         diagnostics: &mut Diagnostics,
-    ) -> Result<(), Reported> {
-        let mut bound = Arguments::new();
+    ) -> Result<(), ErrorReported> {
+        let mut bound = OpenArguments::new();
         for (i, argument) in function.arguments.iter().enumerate() {
             let unit = unit_of(argument.unit.as_ref(), diagnostics)?;
             // Any symbol will do: only its dimension is used.
             let id = self.graph.symbol(Symbol::Input(u32::MAX - i as u32));
-            bound.insert(&argument.name.text, Typed { id, dim: Dim::Of(unit.dimension) });
+            bound.insert(
+                &argument.name.text,
+                TypedExpr { id, dim: ExprDimension::Of(unit.dimension) },
+            );
         }
         self.open.push(function.name);
         let result = self.value_of(function, bound, diagnostics);
@@ -695,16 +730,16 @@ impl<'a> Lowering<'a> {
     /// The value of a function with these arguments: its `let`s one after another, then its body.
     fn value_of(
         &mut self,
-        function: Function<'a>,
-        mut bound: Arguments<'a>,
+        function: FunctionDeclaration<'a>,
+        mut bound: OpenArguments<'a>,
         diagnostics: &mut Diagnostics,
-    ) -> Result<Typed, Reported> {
+    ) -> Result<TypedExpr, ErrorReported> {
         for LocalLet { name, unit, value } in function.lets {
             let typed = match unit {
                 None => self.lower(value, &bound, diagnostics)?,
                 Some(unit) => {
                     let unit = unit_of(Some(unit), diagnostics)?;
-                    self.in_unit(value, &unit, Reading::Value, &bound, diagnostics)?
+                    self.in_unit(value, &unit, NumberReading::Value, &bound, diagnostics)?
                 }
             };
             bound.insert(name.text.as_str(), typed);
@@ -717,7 +752,7 @@ impl<'a> Lowering<'a> {
         list: &'a [Expr],
         span: Span,
         diagnostics: &mut Diagnostics,
-    ) -> Result<Typed, Reported> {
+    ) -> Result<TypedExpr, ErrorReported> {
         let mut only = match list {
             [only] => Some(only),
             _ => None,
@@ -726,11 +761,11 @@ impl<'a> Lowering<'a> {
             only = Some(inner);
         }
         if let Some(Expr { kind: ExprKind::Element(array, index), .. }) = only {
-            return self.element(array, index, true, &Arguments::new(), diagnostics);
+            return self.element(array, index, true, &OpenArguments::new(), diagnostics);
         }
         let Some(Expr { kind: ExprKind::Name(name), span: name_span }) = only else {
             return Err(diagnostics.error(
-                Diagnostic::new(Code::E209, span, "`der` takes the name of one state")
+                Diagnostic::new(Code::NoDerivative, span, "`der` takes the name of one state")
                     .help(
                         "the derivative of an expression follows from those of its states; a second derivative \
                          is that of a state which equals the first, as in `equation v: der(x) = v`",
@@ -739,17 +774,17 @@ impl<'a> Lowering<'a> {
         };
         let entry = self.scope.names.get(name.as_str());
         match entry.map(|entry| (entry.definition, entry.span)) {
-            Some((Definition::Unknown { index, state: true }, _)) => {
+            Some((NameDefinition::Unknown { index, state: true }, _)) => {
                 let unit = self.scope.dimension(name)?;
-                let rate = unit.over(self.scope.second).unwrap_or(Dimension::ONE);
+                let rate = unit.divide(self.scope.second).unwrap_or(Dimension::ONE);
                 let id = self.graph.symbol(Symbol::Derivative(index));
-                Ok(Typed { id, dim: Dim::Of(rate) })
+                Ok(TypedExpr { id, dim: ExprDimension::Of(rate) })
             }
             Some((definition, place)) => {
                 let what = definition.noun();
                 Err(diagnostics.error(
                     Diagnostic::new(
-                        Code::E209,
+                        Code::NoDerivative,
                         *name_span,
                         format!("`{name}` is {what}, not a state"),
                     )
@@ -757,14 +792,14 @@ impl<'a> Lowering<'a> {
                     .help("only what is declared `state` has a derivative"),
                 ))
             }
-            None => Err(self.unknown_name(name, *name_span, &Arguments::new(), diagnostics)),
+            None => Err(self.unknown_name(name, *name_span, &OpenArguments::new(), diagnostics)),
         }
     }
 }
 
 /// The arguments of a call.
 struct CallArguments {
-    typed: Vec<Typed>,
+    typed: Vec<TypedExpr>,
     spans: Vec<Span>,
     call: Span,
     /// Where the function is declared.
@@ -775,11 +810,11 @@ struct CallArguments {
 pub(super) fn unit_of(
     written: Option<&WrittenUnit>,
     diagnostics: &mut Diagnostics,
-) -> Result<Unit, Reported> {
+) -> Result<Unit, ErrorReported> {
     let Some(written) = written else {
         return Ok(Unit::one());
     };
-    written.read().map_err(|error| diagnostics.error(error.at(&written.text, written.span)))
+    written.read().map_err(|error| diagnostics.error(error.locate(&written.text, written.span)))
 }
 
 /// Whether a declared value consists of plain numbers, and so is in the declared unit. Functions declared by the model,

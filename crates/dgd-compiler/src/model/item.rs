@@ -1,19 +1,17 @@
 //! Parameters, unknowns, outputs and equations: one item at a time.
 
-use super::Declared;
-use super::check_units::Dim;
-use super::define::Definition;
+use super::DeclarationHeader;
+use super::check_units::ExprDimension;
+use super::define::NameDefinition;
 use super::density::prior::within_support;
-use super::density::reading::{Noise, Noisy};
-use super::expression::{Typed, unit_of};
-use super::resolve::{Reading, Resolver};
+use super::density::reading::{NoisyOutput, OutputNoise};
+use super::expression::{TypedExpr, unit_of};
+use super::resolve::{ModelResolver, NumberReading};
 use super::{Equation, Output, Parameter, Unknown};
-use crate::diagnostics::{Code, Diagnostic, Diagnostics, Reported};
+use crate::diagnostics::{Code, Diagnostic, Diagnostics, ErrorReported};
 use crate::expr::{ExprId, Symbol};
 use crate::source::Span;
-use crate::syntax::ast::{
-    Attribute, AttributeKind, Expr, ExprKind, Item, Name, Unit as WrittenUnit,
-};
+use crate::syntax::ast::{Attribute, AttributeKind, Expr, ExprKind, Item, Name, WrittenUnit};
 use crate::units::{Unit, which_is_meant};
 
 /// The declaration of an unknown, or of an array of unknowns.
@@ -25,16 +23,16 @@ pub(super) struct UnknownDeclaration<'a> {
     pub(super) attributes: &'a [Attribute],
 }
 
-impl<'a> Resolver<'a> {
+impl<'a> ModelResolver<'a> {
     pub(super) fn parameter(
         &mut self,
-        declared: Declared,
+        declared: DeclarationHeader,
         expr: &'a Expr,
         attributes: &'a [Attribute],
         diagnostics: &mut Diagnostics,
-    ) -> Result<Parameter, Reported> {
+    ) -> Result<Parameter, ErrorReported> {
         let unit = declared.unit.clone();
-        let value = self.lowering.known(expr, &unit, Reading::Value, diagnostics);
+        let value = self.lowering.known(expr, &unit, NumberReading::Value, diagnostics);
 
         let mut parameter = Parameter {
             declared,
@@ -53,11 +51,11 @@ impl<'a> Resolver<'a> {
                     bounds_span = Some(attribute.span);
                     if let Some(lower) = lower {
                         parameter.lower =
-                            self.lowering.known(lower, &unit, Reading::Value, diagnostics)?;
+                            self.lowering.known(lower, &unit, NumberReading::Value, diagnostics)?;
                     }
                     if let Some(upper) = upper {
                         parameter.upper =
-                            self.lowering.known(upper, &unit, Reading::Value, diagnostics)?;
+                            self.lowering.known(upper, &unit, NumberReading::Value, diagnostics)?;
                     }
                 }
                 AttributeKind::Log => parameter.log = true,
@@ -99,7 +97,7 @@ impl<'a> Resolver<'a> {
         item: &Item,
         declaration: &UnknownDeclaration<'a>,
         diagnostics: &mut Diagnostics,
-    ) -> Result<Unknown, Reported> {
+    ) -> Result<Unknown, ErrorReported> {
         let UnknownDeclaration { name, state, start, attributes } = *declaration;
         let declared = self.declared(item, name)?;
         let unit = declared.unit.clone();
@@ -107,7 +105,7 @@ impl<'a> Resolver<'a> {
             // Zero in the declared unit: 273.15 K for °C.
             None => self.lowering.graph.constant(unit.to_si(0.0)),
             Some(expr) => {
-                let typed = self.in_unit(expr, &unit, Reading::Value, diagnostics)?;
+                let typed = self.in_unit(expr, &unit, NumberReading::Value, diagnostics)?;
                 self.check_start(typed.id, name, expr, diagnostics)?;
                 typed.id
             }
@@ -124,7 +122,7 @@ impl<'a> Resolver<'a> {
                 AttributeKind::Fixed => fixed = true,
                 AttributeKind::Guess => guess = true,
                 AttributeKind::History(expr) => {
-                    let typed = self.in_unit(expr, &unit, Reading::Value, diagnostics)?;
+                    let typed = self.in_unit(expr, &unit, NumberReading::Value, diagnostics)?;
                     self.check_history(typed.id, expr, diagnostics)?;
                     history = Some(typed.id);
                 }
@@ -151,7 +149,7 @@ impl<'a> Resolver<'a> {
         history: ExprId,
         expr: &Expr,
         diagnostics: &mut Diagnostics,
-    ) -> Result<(), Reported> {
+    ) -> Result<(), ErrorReported> {
         let is_input = |s: &Symbol| matches!(s, Symbol::Input(_) | Symbol::SweptInput(..));
         let depends = |symbol: &Symbol| symbol.is_of_unknown() || is_input(symbol);
         let symbols = self.lowering.graph.symbols(history);
@@ -161,7 +159,7 @@ impl<'a> Resolver<'a> {
         let message =
             format!("this history depends on {culprit}, of which nothing earlier is known");
         Err(diagnostics.error(
-            Diagnostic::new(Code::E503, expr.span, message)
+            Diagnostic::new(Code::StartReadsUnknown, expr.span, message)
                 .help("use `time`, parameters and constants"),
         ))
     }
@@ -174,35 +172,39 @@ impl<'a> Resolver<'a> {
         value: Option<&'a Expr>,
         attributes: &'a [Attribute],
         diagnostics: &mut Diagnostics,
-    ) -> Result<Output, Reported> {
+    ) -> Result<Output, ErrorReported> {
         let own_unit = unit.map(|unit| unit_of(Some(unit), diagnostics)).transpose()?;
         if let Some(array) = value.and_then(|value| self.whole_array(value)) {
             let message = format!("`{array}` is an array, but `{}` is a single output", name.text);
             let span = value.map_or(name.span, |value| value.span);
             return Err(diagnostics
-                .error(Diagnostic::new(Code::E232, span, message).help(format!(
+                .error(Diagnostic::new(Code::ArrayAsNumber, span, message).help(format!(
                 "write `output {array}` for an output of each element, or read one, `{array}[…]`"
             ))));
         }
         let (value, unit) = match value {
             Some(expr) => {
                 let unit = own_unit.unwrap_or_else(Unit::one);
-                (self.in_unit(expr, &unit, Reading::Value, diagnostics)?.id, unit)
+                (self.in_unit(expr, &unit, NumberReading::Value, diagnostics)?.id, unit)
             }
             None => self.unknown_read(name, own_unit, diagnostics)?,
         };
-        let typed = Typed { id: value, dim: Dim::Of(unit.dimension) };
-        let read = Noisy { name: &name.text, value: typed, unit: unit.clone() };
+        let typed = TypedExpr { id: value, dim: ExprDimension::Of(unit.dimension) };
+        let read = NoisyOutput { name: &name.text, value: typed, unit: unit.clone() };
         let noise = match self.noise(&read, attributes, diagnostics)? {
-            Noise::Silent => None,
-            Noise::Known(noise) => Some(noise),
-            Noise::Formula(formula) => {
+            OutputNoise::Silent => None,
+            OutputNoise::Known(noise) => Some(noise),
+            OutputNoise::Formula(formula) => {
                 self.formulas.push((self.model.outputs.len(), formula));
                 None
             }
         };
-        let declared =
-            Declared { name: name.text.clone(), span: name.span, unit, doc: item.doc.clone() };
+        let declared = DeclarationHeader {
+            name: name.text.clone(),
+            span: name.span,
+            unit,
+            doc: item.doc.clone(),
+        };
         Ok(Output { declared, value, noise })
     }
 
@@ -210,7 +212,7 @@ impl<'a> Resolver<'a> {
     fn whole_array(&self, value: &'a Expr) -> Option<&'a str> {
         let ExprKind::Name(name) = &value.kind else { return None };
         let entry = self.lowering.scope.names.get(name.as_str())?;
-        matches!(entry.definition, Definition::Array { .. }).then_some(name.as_str())
+        matches!(entry.definition, NameDefinition::Array { .. }).then_some(name.as_str())
     }
 
     /// The value of an output without `=`: the unknown of its name.
@@ -219,23 +221,23 @@ impl<'a> Resolver<'a> {
         name: &Name,
         own_unit: Option<Unit>,
         diagnostics: &mut Diagnostics,
-    ) -> Result<(ExprId, Unit), Reported> {
+    ) -> Result<(ExprId, Unit), ErrorReported> {
         let entry = self.lowering.scope.names.get(name.text.as_str()).cloned();
         let Some(entry) = entry else {
             return Err(diagnostics.error(
                 Diagnostic::new(
-                    Code::E201,
+                    Code::UnknownName,
                     name.span,
                     format!("output `{}` reads nothing: no unknown has its name", name.text),
                 )
                 .help(format!("say what it reads: `output {} = …`", name.text)),
             ));
         };
-        let Definition::Unknown { index, .. } = entry.definition else {
+        let NameDefinition::Unknown { index, .. } = entry.definition else {
             let unit = own_unit.map(|unit| format!(" [{}]", unit.symbol)).unwrap_or_default();
             return Err(diagnostics.error(
                 Diagnostic::new(
-                    Code::E205,
+                    Code::MisusedName,
                     name.span,
                     format!(
                         "output `{}` reads nothing: `{}` is {}, not an unknown",
@@ -260,15 +262,15 @@ impl<'a> Resolver<'a> {
         [left, right]: [&'a Expr; 2],
         attributes: &[Attribute],
         diagnostics: &mut Diagnostics,
-    ) -> Result<Equation, Reported> {
+    ) -> Result<Equation, ErrorReported> {
         let a = self.lowering.value(left, diagnostics);
         let b = self.lowering.value(right, diagnostics);
         let (a, b) = (a?, b?);
-        let Some(dim) = a.dim.with(b.dim) else {
+        let Some(dim) = a.dim.unify(b.dim) else {
             let (l, r) = (a.dim.dimension(), b.dim.dimension());
             return Err(diagnostics.error(
                 Diagnostic::new(
-                    Code::E302,
+                    Code::UnitsOfSides,
                     left.span,
                     format!(
                         "the sides of equation `{}` are {} and {}",
@@ -301,7 +303,7 @@ pub(super) fn unit_read(
     declared: &Unit,
     declared_at: Span,
     diagnostics: &mut Diagnostics,
-) -> Result<Unit, Reported> {
+) -> Result<Unit, ErrorReported> {
     let unit = own.unwrap_or_else(|| declared.clone());
     if unit.dimension == declared.dimension {
         return Ok(unit);
@@ -311,7 +313,7 @@ pub(super) fn unit_read(
         name.text, unit.symbol, declared.symbol
     );
     Err(diagnostics.error(
-        Diagnostic::new(Code::E302, name.span, message)
+        Diagnostic::new(Code::UnitsOfSides, name.span, message)
             .label(declared_at, "the unknown is declared here")
             .maybe_help(which_is_meant(unit.dimension, declared.dimension)),
     ))
@@ -322,7 +324,7 @@ fn check_bounds(
     value_span: Span,
     bounds_span: Option<Span>,
     diagnostics: &mut Diagnostics,
-) -> Result<(), Reported> {
+) -> Result<(), ErrorReported> {
     let Parameter { declared, value, lower, upper, .. } = parameter;
     let shown = |si: f64| crate::expr::display::number(declared.unit.from_si(si));
     let mut sound = Ok(());
@@ -337,7 +339,7 @@ fn check_bounds(
         if let Some(range) = empty {
             sound = Err(diagnostics.error(
                 Diagnostic::new(
-                    Code::E502,
+                    Code::ReversedBounds,
                     span,
                     format!("the bounds of `{}` leave nothing: {range}", declared.name),
                 )
@@ -347,7 +349,7 @@ fn check_bounds(
             let (bound, side) = if value < lower { (lower, "below") } else { (upper, "above") };
             sound = Err(diagnostics.error(
                 Diagnostic::new(
-                    Code::E501,
+                    Code::ValueOutOfBounds,
                     value_span,
                     format!(
                         "`{}` = {} {u} is {side} its bound of {} {u}",
@@ -364,7 +366,7 @@ fn check_bounds(
     if parameter.log && *value <= 0.0 {
         sound = Err(diagnostics.error(
             Diagnostic::new(
-                Code::E506,
+                Code::LogOfNonPositive,
                 value_span,
                 format!(
                     "`{}` is estimated by its logarithm, so it must be above zero",

@@ -20,11 +20,11 @@ mod tests;
 
 use std::collections::BTreeMap;
 
-use crate::expr::{ExprId, Graph, Symbol};
+use crate::expr::{ExprGraph, ExprId, Symbol};
 use crate::source::Span;
 use crate::units::{Dimension, Unit, describe, parse_unit};
 
-pub use crate::syntax::ast::{Bound, Name};
+pub use crate::syntax::ast::{BoundSide, Name};
 pub use dgd_signature::{Crossing, Density, Interpolation, PriorDensity};
 
 pub use crate::parts::InnerModel;
@@ -43,7 +43,7 @@ pub struct Model {
     /// Doc comment above it.
     pub doc: Vec<String>,
     /// All expressions.
-    pub graph: Graph,
+    pub graph: ExprGraph,
     /// `constant`s.
     pub constants: Vec<Constant>,
     /// `parameter`s.
@@ -86,7 +86,7 @@ pub struct Model {
 
 /// Common properties of declarations.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Declared {
+pub struct DeclarationHeader {
     /// Its name.
     pub name: String,
     /// Place of the name.
@@ -101,7 +101,7 @@ pub struct Declared {
 #[derive(Debug, Clone)]
 pub struct Constant {
     /// Name, place, unit, doc.
-    pub declared: Declared,
+    pub declared: DeclarationHeader,
     /// Value, SI.
     pub value: f64,
 }
@@ -110,7 +110,7 @@ pub struct Constant {
 #[derive(Debug, Clone)]
 pub struct Parameter {
     /// Name, place, unit, doc.
-    pub declared: Declared,
+    pub declared: DeclarationHeader,
     /// Value, SI.
     pub value: f64,
     /// Lower bound, SI; minus infinity if unbounded.
@@ -144,7 +144,7 @@ pub struct Smoothness {
 #[derive(Debug, Clone)]
 pub struct Input {
     /// Name, place, unit, doc.
-    pub declared: Declared,
+    pub declared: DeclarationHeader,
     /// Interpolation between samples.
     pub interpolation: Interpolation,
 }
@@ -153,7 +153,7 @@ pub struct Input {
 #[derive(Debug, Clone)]
 pub struct Unknown {
     /// Name, place, unit, doc.
-    pub declared: Declared,
+    pub declared: DeclarationHeader,
     /// Whether it was declared `state`, so that its derivative may be used.
     pub state: bool,
     /// Start value, or guess if it turns out to be algebraic: of parameters and inputs.
@@ -221,7 +221,7 @@ pub struct Let {
 #[derive(Debug, Clone)]
 pub struct Output {
     /// Name, place, unit, doc.
-    pub declared: Declared,
+    pub declared: DeclarationHeader,
     /// Its value.
     pub value: ExprId,
     /// Standard deviation of the sensor's white noise, SI.
@@ -232,7 +232,7 @@ pub struct Output {
 #[derive(Debug, Clone)]
 pub struct OutputArray {
     /// Name, place, unit, doc.
-    pub declared: Declared,
+    pub declared: DeclarationHeader,
     /// Position of the array.
     pub array: usize,
     /// Standard deviation of the sensors' white noise, SI.
@@ -260,7 +260,7 @@ pub struct Equation {
 
 /// The item that an automaton comes from.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Origin {
+pub enum AutomatonOrigin {
     /// A `modes` block.
     Modes,
     /// A `when`: one mode without equations, and a transition from it to itself for each of its conditions.
@@ -273,7 +273,7 @@ pub enum Origin {
 #[derive(Debug, Clone)]
 pub struct Automaton {
     /// The item that it comes from.
-    pub origin: Origin,
+    pub origin: AutomatonOrigin,
     /// Its name; of a `when` its condition as written, of an `every` its period and offset.
     pub name: String,
     /// Doc comment.
@@ -292,9 +292,9 @@ impl Automaton {
     /// Description in messages of the reader of an expression in its transitions.
     pub fn reader(&self) -> String {
         match self.origin {
-            Origin::Modes => format!("a transition of `{}`", self.name),
-            Origin::When => "`when`".to_owned(),
-            Origin::Every => "`every`".to_owned(),
+            AutomatonOrigin::Modes => format!("a transition of `{}`", self.name),
+            AutomatonOrigin::When => "`when`".to_owned(),
+            AutomatonOrigin::Every => "`every`".to_owned(),
         }
     }
 }
@@ -348,7 +348,7 @@ pub struct Saturation {
     /// The unknown, or the element of an array.
     pub unknown: Symbol,
     /// The side of the unknown on which the bound lies.
-    pub side: Bound,
+    pub side: BoundSide,
     /// The bound: of parameters, inputs and time.
     pub bound: ExprId,
 }

@@ -2,49 +2,51 @@
 
 use std::collections::BTreeMap;
 
-use super::check_units::Dim;
-use super::define::Definition;
-use super::expression::{Lowering, Typed};
-use super::resolve::{Reading, Resolver};
+use super::check_units::ExprDimension;
+use super::define::NameDefinition;
+use super::expression::{ExprLowering, TypedExpr};
+use super::resolve::{ModelResolver, NumberReading};
 use super::{
-    Array, Automaton, Declared, Equation, Family, Mode, Origin, Reset, Saturation, Transition,
+    Array, Automaton, AutomatonOrigin, DeclarationHeader, Equation, Family, Mode, Reset,
+    Saturation, Transition,
 };
-use crate::diagnostics::{Code, Diagnostic, Diagnostics, Reported};
+use crate::diagnostics::{Code, Diagnostic, Diagnostics, ErrorReported};
 use crate::expr::{ExprId, Node, Symbol};
 use crate::source::Span;
-use crate::syntax::ast::{self, Bound, Choice, Crossing, Expr, Item, ItemKind, Name};
+use crate::syntax::ast::{self, BoundSide, Crossing, Expr, Item, ItemKind, Name, VariantChoice};
 use crate::syntax::print::{print_condition, print_every};
 use crate::units::{Dimension, Unit};
 
-impl<'a> Resolver<'a> {
+impl<'a> ModelResolver<'a> {
     pub(super) fn automaton(
         &mut self,
         item: &Item,
         name: &Name,
-        modes: &'a [Choice],
-        transitions: &'a [ast::Transition],
+        modes: &'a [VariantChoice],
+        transitions: &'a [ast::TransitionClause],
         starts: &'a [ast::StartMode],
         diagnostics: &mut Diagnostics,
-    ) -> Result<Automaton, Reported> {
+    ) -> Result<Automaton, ErrorReported> {
         let names = ModeNames { automaton: name, positions: mode_names(modes, diagnostics) };
         let always = starts.iter().find(|start| start.condition.is_none());
         let start = always.map_or(Ok(0), |start| names.position(&start.mode, diagnostics));
         // Each mode reports its own errors; the next is independent of them.
-        let modes: Vec<Result<Mode, Reported>> =
+        let modes: Vec<Result<Mode, ErrorReported>> =
             modes.iter().map(|mode| self.mode(mode, diagnostics)).collect();
-        let transitions: Vec<Result<Vec<Transition>, Reported>> = transitions
+        let transitions: Vec<Result<Vec<Transition>, ErrorReported>> = transitions
             .iter()
             .map(|transition| self.transition(transition, &names, diagnostics))
             .collect();
-        let transitions: Result<Vec<Vec<Transition>>, Reported> = transitions.into_iter().collect();
-        let starts: Vec<Result<Transition, Reported>> = starts
+        let transitions: Result<Vec<Vec<Transition>>, ErrorReported> =
+            transitions.into_iter().collect();
+        let starts: Vec<Result<Transition, ErrorReported>> = starts
             .iter()
             .filter_map(|start| Some((&start.mode, start.condition.as_ref()?)))
             .map(|(mode, condition)| self.start_mode(mode, condition, &names, diagnostics))
             .collect();
-        let starts: Result<Vec<Transition>, Reported> = starts.into_iter().collect();
+        let starts: Result<Vec<Transition>, ErrorReported> = starts.into_iter().collect();
         Ok(Automaton {
-            origin: Origin::Modes,
+            origin: AutomatonOrigin::Modes,
             name: name.text.clone(),
             doc: item.doc.clone(),
             modes: modes.into_iter().collect::<Result<_, _>>()?,
@@ -54,7 +56,11 @@ impl<'a> Resolver<'a> {
         })
     }
 
-    fn mode(&mut self, mode: &'a Choice, diagnostics: &mut Diagnostics) -> Result<Mode, Reported> {
+    fn mode(
+        &mut self,
+        mode: &'a VariantChoice,
+        diagnostics: &mut Diagnostics,
+    ) -> Result<Mode, ErrorReported> {
         let mut equations = Vec::new();
         for item in &mode.items {
             let ItemKind::Equation { label, left, right, attributes } = &item.kind else {
@@ -68,10 +74,10 @@ impl<'a> Resolver<'a> {
 
     fn transition(
         &mut self,
-        transition: &'a ast::Transition,
+        transition: &'a ast::TransitionClause,
         names: &ModeNames<'_>,
         diagnostics: &mut Diagnostics,
-    ) -> Result<Vec<Transition>, Reported> {
+    ) -> Result<Vec<Transition>, ErrorReported> {
         let from = names.position(&transition.from, diagnostics);
         let target = names.position(&transition.to, diagnostics);
         let (conditions, resets) = (&transition.conditions, &transition.resets);
@@ -84,11 +90,11 @@ impl<'a> Resolver<'a> {
     fn reactions(
         &mut self,
         span: Span,
-        conditions: &'a [ast::Condition],
-        resets: &'a [ast::Reset],
+        conditions: &'a [ast::CrossingCondition],
+        resets: &'a [ast::ResetClause],
         diagnostics: &mut Diagnostics,
-    ) -> Result<Vec<Transition>, Reported> {
-        let sides: Vec<Result<[Typed; 2], Reported>> =
+    ) -> Result<Vec<Transition>, ErrorReported> {
+        let sides: Vec<Result<[TypedExpr; 2], ErrorReported>> =
             conditions.iter().map(|condition| self.sides(condition, diagnostics)).collect();
         let resets = self.resets(resets, diagnostics);
         let sides = sides.into_iter().collect::<Result<Vec<_>, _>>()?;
@@ -109,13 +115,13 @@ impl<'a> Resolver<'a> {
     /// Both sides of a condition.
     fn sides(
         &mut self,
-        condition: &'a ast::Condition,
+        condition: &'a ast::CrossingCondition,
         diagnostics: &mut Diagnostics,
-    ) -> Result<[Typed; 2], Reported> {
+    ) -> Result<[TypedExpr; 2], ErrorReported> {
         let left = self.lowering.value(&condition.left, diagnostics);
         let right = self.lowering.value(&condition.right, diagnostics);
         let (left, right) = (left?, right?);
-        let sides = [left.at(condition.left.span), right.at(condition.right.span)];
+        let sides = [left.locate(condition.left.span), right.locate(condition.right.span)];
         self.lowering
             .scope
             .spelling
@@ -131,7 +137,7 @@ impl<'a> Resolver<'a> {
         condition: &'a Expr,
         names: &ModeNames<'_>,
         diagnostics: &mut Diagnostics,
-    ) -> Result<Transition, Reported> {
+    ) -> Result<Transition, ErrorReported> {
         let target = names.position(mode, diagnostics);
         let holds = self.lowering.truth(condition, diagnostics)?;
         self.check_start_condition(holds, condition, diagnostics)?;
@@ -149,8 +155,8 @@ impl<'a> Resolver<'a> {
         holds: ExprId,
         condition: &Expr,
         diagnostics: &mut Diagnostics,
-    ) -> Result<(), Reported> {
-        let Lowering { graph, scope, .. } = &self.lowering;
+    ) -> Result<(), ErrorReported> {
+        let ExprLowering { graph, scope, .. } = &self.lowering;
         let is_unsolved = |symbol: &Symbol| match symbol {
             Symbol::Unknown(_) | Symbol::Element(_) => !scope.is_state(*symbol),
             Symbol::Derivative(_) | Symbol::ElementRate(_) => true,
@@ -165,7 +171,7 @@ impl<'a> Resolver<'a> {
         let message =
             format!("the mode to start in depends on {culprit}, which is not known before");
         Err(diagnostics.error(
-            Diagnostic::new(Code::E503, condition.span, message)
+            Diagnostic::new(Code::StartReadsUnknown, condition.span, message)
                 .help("use states, parameters, constants, inputs and `time`"),
         ))
     }
@@ -175,7 +181,7 @@ impl<'a> Resolver<'a> {
         &mut self,
         item: &'a Item,
         diagnostics: &mut Diagnostics,
-    ) -> Result<Automaton, Reported> {
+    ) -> Result<Automaton, ErrorReported> {
         match &item.kind {
             ItemKind::When(reaction) => self.when(item, reaction, diagnostics),
             ItemKind::Every { period, offset, resets } => {
@@ -191,10 +197,10 @@ impl<'a> Resolver<'a> {
         item: &Item,
         reaction: &'a ast::Reaction,
         diagnostics: &mut Diagnostics,
-    ) -> Result<Automaton, Reported> {
+    ) -> Result<Automaton, ErrorReported> {
         let ast::Reaction { conditions, resets } = reaction;
         let transitions = self.reactions(item.span, conditions, resets, diagnostics)?;
-        Ok(of_one_mode(item, Origin::When, print_condition(reaction), transitions))
+        Ok(of_one_mode(item, AutomatonOrigin::When, print_condition(reaction), transitions))
     }
 
     /// An `every` is an automaton of one mode, too; its transition occurs at the ticks of a clock.
@@ -202,9 +208,9 @@ impl<'a> Resolver<'a> {
         &mut self,
         item: &Item,
         (period, offset): (&'a Expr, Option<&'a Expr>),
-        resets: &'a [ast::Reset],
+        resets: &'a [ast::ResetClause],
         diagnostics: &mut Diagnostics,
-    ) -> Result<Automaton, Reported> {
+    ) -> Result<Automaton, ErrorReported> {
         let clock = self.period(period, diagnostics);
         let first = offset.map(|offset| self.time_of_clock("offset", offset, diagnostics));
         let resets = self.resets(resets, diagnostics);
@@ -220,7 +226,7 @@ impl<'a> Resolver<'a> {
         };
         let name = print_every(period, offset);
         let name = name.strip_prefix("every ").unwrap_or(&name).to_owned();
-        let automaton = of_one_mode(item, Origin::Every, name, vec![transition]);
+        let automaton = of_one_mode(item, AutomatonOrigin::Every, name, vec![transition]);
         Ok(Automaton { period: Some([first.unwrap_or(Ok(zero))?, clock?]), ..automaton })
     }
 
@@ -229,11 +235,15 @@ impl<'a> Resolver<'a> {
         &mut self,
         expr: &'a Expr,
         diagnostics: &mut Diagnostics,
-    ) -> Result<ExprId, Reported> {
+    ) -> Result<ExprId, ErrorReported> {
         let id = self.time_of_clock("period", expr, diagnostics)?;
         if self.lowering.number(id).is_some_and(|value| value.is_nan() || value <= 0.0) {
             let message = "a period must be above zero";
-            return Err(diagnostics.error(Diagnostic::new(Code::E505, expr.span, message)));
+            return Err(diagnostics.error(Diagnostic::new(
+                Code::SizeNotPositive,
+                expr.span,
+                message,
+            )));
         }
         Ok(id)
     }
@@ -244,17 +254,17 @@ impl<'a> Resolver<'a> {
         what: &str,
         expr: &'a Expr,
         diagnostics: &mut Diagnostics,
-    ) -> Result<ExprId, Reported> {
+    ) -> Result<ExprId, ErrorReported> {
         let typed = self.lowering.value(expr, diagnostics)?;
-        let Lowering { graph, scope, .. } = &self.lowering;
-        if typed.dim.with(Dim::Of(scope.second)).is_none() {
+        let ExprLowering { graph, scope, .. } = &self.lowering;
+        if typed.dim.unify(ExprDimension::Of(scope.second)).is_none() {
             let dimension = typed.dim.dimension();
             let message = format!(
                 "the {what} of an `every` is a time, but this is {}",
                 scope.spelling.being(dimension)
             );
             return Err(diagnostics.error(
-                Diagnostic::new(Code::E302, expr.span, message)
+                Diagnostic::new(Code::UnitsOfSides, expr.span, message)
                     .help("give it a unit of time: `every 10 [s] offset 2 [s]`"),
             ));
         }
@@ -265,7 +275,7 @@ impl<'a> Resolver<'a> {
             let varying = scope.quoted_name(*symbol).unwrap_or_else(|| "what varies".to_owned());
             let message = format!("the {what} of an `every` cannot depend on {varying}");
             return Err(diagnostics.error(
-                Diagnostic::new(Code::E511, expr.span, message)
+                Diagnostic::new(Code::VaryingPeriod, expr.span, message)
                     .help("make it of parameters and constants"),
             ));
         }
@@ -273,9 +283,10 @@ impl<'a> Resolver<'a> {
     }
 
     /// The equation of a held value: its rate is zero.
-    pub(super) fn held(&mut self, item: &Item, name: &Name) -> Result<Equation, Reported> {
+    pub(super) fn held(&mut self, item: &Item, name: &Name) -> Result<Equation, ErrorReported> {
         let entry = self.lowering.scope.names.get(name.text.as_str());
-        let Some(Definition::Unknown { index, .. }) = entry.map(|entry| entry.definition) else {
+        let Some(NameDefinition::Unknown { index, .. }) = entry.map(|entry| entry.definition)
+        else {
             unreachable!("a held value is an unknown")
         };
         let declared = self.declared(item, name)?;
@@ -301,25 +312,25 @@ impl<'a> Resolver<'a> {
     }
 
     /// The equation that a rate is zero.
-    fn still(&mut self, span: Span, declared: &Declared, rate: Symbol) -> Equation {
-        let Lowering { graph, scope, .. } = &mut self.lowering;
+    fn still(&mut self, span: Span, declared: &DeclarationHeader, rate: Symbol) -> Equation {
+        let ExprLowering { graph, scope, .. } = &mut self.lowering;
         Equation {
             label: format!("held {}", declared.name),
             span,
             doc: Vec::new(),
             left: graph.symbol(rate),
             right: graph.constant(0.0),
-            dimension: declared.unit.dimension.over(scope.second).unwrap_or(Dimension::ONE),
+            dimension: declared.unit.dimension.divide(scope.second).unwrap_or(Dimension::ONE),
             is_exact: true,
         }
     }
 
     fn resets(
         &mut self,
-        all: &'a [ast::Reset],
+        all: &'a [ast::ResetClause],
         diagnostics: &mut Diagnostics,
-    ) -> Result<Vec<Reset>, Reported> {
-        let resets: Vec<Result<Reset, Reported>> =
+    ) -> Result<Vec<Reset>, ErrorReported> {
+        let resets: Vec<Result<Reset, ErrorReported>> =
             all.iter().map(|reset| self.reset(reset, diagnostics)).collect();
         let mut once = Vec::new();
         for reset in resets {
@@ -334,11 +345,11 @@ impl<'a> Resolver<'a> {
         resets: &mut Vec<Reset>,
         reset: Reset,
         diagnostics: &mut Diagnostics,
-    ) -> Result<(), Reported> {
+    ) -> Result<(), ErrorReported> {
         if let Some(first) = resets.iter().find(|first| first.unknown == reset.unknown) {
             let name = self.lowering.scope.quoted_name(reset.unknown).unwrap_or_default();
             let diagnostic =
-                Diagnostic::new(Code::E202, reset.span, format!("{name} is reset twice"));
+                Diagnostic::new(Code::DuplicateName, reset.span, format!("{name} is reset twice"));
             return Err(diagnostics.error(if first.span == reset.span {
                 diagnostic.help("let each index of the loop reset an element of its own")
             } else {
@@ -351,12 +362,12 @@ impl<'a> Resolver<'a> {
 
     fn reset(
         &mut self,
-        reset: &'a ast::Reset,
+        reset: &'a ast::ResetClause,
         diagnostics: &mut Diagnostics,
-    ) -> Result<Reset, Reported> {
+    ) -> Result<Reset, ErrorReported> {
         let (unknown, unit) =
             self.unknown_named(&reset.name, &reset.indices, "reset", diagnostics)?;
-        let value = self.in_unit(&reset.value, &unit, Reading::Value, diagnostics)?.id;
+        let value = self.in_unit(&reset.value, &unit, NumberReading::Value, diagnostics)?.id;
         Ok(Reset { span: reset.span, unknown, value })
     }
 
@@ -365,19 +376,19 @@ impl<'a> Resolver<'a> {
         &mut self,
         item: &Item,
         (name, indices): (&'a Name, &'a [Expr]),
-        side: Bound,
+        side: BoundSide,
         bound: &'a Expr,
         diagnostics: &mut Diagnostics,
-    ) -> Result<Saturation, Reported> {
+    ) -> Result<Saturation, ErrorReported> {
         let (unknown, unit) = self.unknown_named(name, indices, "saturated", diagnostics)?;
         let bound_span = bound.span;
-        let bound = self.in_unit(bound, &unit, Reading::Value, diagnostics)?.id;
+        let bound = self.in_unit(bound, &unit, NumberReading::Value, diagnostics)?.id;
         let symbols = self.lowering.graph.symbols(bound);
         if let Some(symbol) = symbols.iter().find(|symbol| symbol.is_of_unknown()) {
             let varying = self.lowering.scope.quoted_name(*symbol).unwrap_or_default();
             let message = format!("a bound cannot depend on {varying}");
             return Err(diagnostics.error(
-                Diagnostic::new(Code::E510, bound_span, message)
+                Diagnostic::new(Code::BoundReadsUnknown, bound_span, message)
                     .help("make it of parameters, constants, inputs and time"),
             ));
         }
@@ -385,7 +396,7 @@ impl<'a> Resolver<'a> {
         if let Some(first) = self.model.saturations.iter().find(same) {
             let name = self.lowering.scope.quoted_name(unknown).unwrap_or_default();
             let message = format!("{name} has two bounds on one side");
-            let diagnostic = Diagnostic::new(Code::E202, item.span, message);
+            let diagnostic = Diagnostic::new(Code::DuplicateName, item.span, message);
             return Err(diagnostics.error(if first.span == item.span {
                 diagnostic.help("let each index of the loop bound an element of its own")
             } else {
@@ -402,10 +413,10 @@ impl<'a> Resolver<'a> {
         indices: &'a [Expr],
         done: &str,
         diagnostics: &mut Diagnostics,
-    ) -> Result<(Symbol, Unit), Reported> {
+    ) -> Result<(Symbol, Unit), ErrorReported> {
         let entry = self.lowering.scope.names.get(name.text.as_str()).cloned();
         let what = entry.as_ref().map(|entry| entry.definition);
-        let (Some(entry), Some(Definition::Unknown { .. } | Definition::Array { .. })) =
+        let (Some(entry), Some(NameDefinition::Unknown { .. } | NameDefinition::Array { .. })) =
             (&entry, what)
         else {
             let message = match what {
@@ -414,7 +425,7 @@ impl<'a> Resolver<'a> {
                 }
                 None => format!("nothing is called `{}`", name.text),
             };
-            let code = if what.is_some() { Code::E205 } else { Code::E201 };
+            let code = if what.is_some() { Code::MisusedName } else { Code::UnknownName };
             let diagnostic = Diagnostic::new(code, name.span, message);
             let near =
                 diagnostics.suggestion(&name.text, self.lowering.scope.names.keys().copied());
@@ -425,14 +436,17 @@ impl<'a> Resolver<'a> {
         };
         let (unit, declared) = (entry.unit.clone(), entry.span);
         let wrong = |message: String| {
-            Diagnostic::new(Code::E232, name.span, message).label(declared, "declared here")
+            Diagnostic::new(Code::ArrayAsNumber, name.span, message)
+                .label(declared, "declared here")
         };
         let symbol = match what {
-            Some(Definition::Unknown { index, .. }) if indices.is_empty() => Symbol::Unknown(index),
-            Some(Definition::Array { .. }) if !indices.is_empty() => {
+            Some(NameDefinition::Unknown { index, .. }) if indices.is_empty() => {
+                Symbol::Unknown(index)
+            }
+            Some(NameDefinition::Array { .. }) if !indices.is_empty() => {
                 self.lowering.element_named(name, indices, diagnostics)?
             }
-            Some(Definition::Array { .. }) => {
+            Some(NameDefinition::Array { .. }) => {
                 let message = format!("`{}` is an array: say which element is {done}", name.text);
                 return Err(diagnostics.error(wrong(message).help(format!(
                     "name one, as in `{0}[1]`, or all in a loop: `for i in 1..N {{ … {0}[i] … }}`",
@@ -452,7 +466,7 @@ impl<'a> Resolver<'a> {
 /// An automaton of one mode without equations.
 fn of_one_mode(
     item: &Item,
-    origin: Origin,
+    origin: AutomatonOrigin,
     name: String,
     transitions: Vec<Transition>,
 ) -> Automaton {
@@ -462,14 +476,17 @@ fn of_one_mode(
 }
 
 /// Positions of modes by name; of two with one name the first is used.
-fn mode_names<'a>(modes: &'a [Choice], diagnostics: &mut Diagnostics) -> BTreeMap<&'a str, usize> {
+fn mode_names<'a>(
+    modes: &'a [VariantChoice],
+    diagnostics: &mut Diagnostics,
+) -> BTreeMap<&'a str, usize> {
     let mut names = BTreeMap::new();
     for (i, mode) in modes.iter().enumerate() {
         if let Some(first) = names.get(mode.name.text.as_str()).copied() {
-            let first: &Choice = &modes[first];
+            let first: &VariantChoice = &modes[first];
             let message = format!("two modes are called `{}`", mode.name.text);
             diagnostics.error(
-                Diagnostic::new(Code::E202, mode.name.span, message)
+                Diagnostic::new(Code::DuplicateName, mode.name.span, message)
                     .label(first.name.span, "first here"),
             );
         } else {
@@ -486,10 +503,10 @@ struct ModeNames<'a> {
 }
 
 impl ModeNames<'_> {
-    fn position(&self, mode: &Name, diagnostics: &mut Diagnostics) -> Result<usize, Reported> {
+    fn position(&self, mode: &Name, diagnostics: &mut Diagnostics) -> Result<usize, ErrorReported> {
         self.positions.get(mode.text.as_str()).copied().ok_or_else(|| {
             let message = format!("`{}` has no mode `{}`", self.automaton.text, mode.text);
-            let diagnostic = Diagnostic::new(Code::E216, mode.span, message);
+            let diagnostic = Diagnostic::new(Code::UnknownMode, mode.span, message);
             let known: Vec<&str> = self.positions.keys().copied().collect();
             let help = diagnostics.suggestion(&mode.text, known.iter().copied()).map_or_else(
                 || format!("there is `{}`", known.join("`, `")),

@@ -2,20 +2,19 @@
 
 use std::collections::BTreeMap;
 
-use super::check_units::Dim;
+use super::check_units::ExprDimension;
 use super::choose::{check_settings, choose, leave_out_impossible, unknown_choice};
-use super::define::{Definition, Scope, in_order};
-use super::density::reading::Formula;
-use super::expression::{Arguments, Lowering, Typed, is_plain, unit_of};
+use super::define::{ModelScope, NameDefinition, in_order};
+use super::density::reading::DensityFormula;
+use super::expression::{ExprLowering, OpenArguments, TypedExpr, is_plain, unit_of};
 use super::item::UnknownDeclaration;
-use super::{Constant, Declared, Input, Interpolation, Let, Model, Parameter};
-use crate::diagnostics::{Code, Diagnostic, Diagnostics, Reported};
+use super::{Constant, DeclarationHeader, Input, Interpolation, Let, Model, Parameter};
+use crate::diagnostics::{Code, Diagnostic, Diagnostics, ErrorReported};
 use crate::expr::{ExprId, Symbol};
-use crate::parts::{self, Expanded, InnerModel};
+use crate::parts::{self, FlatModel, InnerModel};
 use crate::source::Span;
 use crate::syntax::ast::{
-    ArrayKind, Ast, AttributeKind, Expr, Item, ItemKind, Name, StartRule, Unit as WrittenUnit,
-    UnknownKind,
+    ArrayKind, Ast, AttributeKind, Expr, Item, ItemKind, Name, StartRule, UnknownKind, WrittenUnit,
 };
 use crate::syntax::own_units;
 use crate::units::{Dimension, Unit, which_is_meant};
@@ -47,12 +46,12 @@ pub struct Setting {
 ///
 /// # Errors
 ///
-/// [`Reported`] after at least one diagnostic; as many independent errors as possible are reported at once.
+/// [`ErrorReported`] after at least one diagnostic; as many independent errors as possible are reported at once.
 pub fn resolve(
     asts: &[Ast],
     options: &ModelOptions,
     diagnostics: &mut Diagnostics,
-) -> Result<Model, Reported> {
+) -> Result<Model, ErrorReported> {
     resolve_noting(asts, options, None, diagnostics)
 }
 
@@ -61,27 +60,28 @@ pub fn resolve(
 ///
 /// # Errors
 ///
-/// [`Reported`] after at least one diagnostic.
+/// [`ErrorReported`] after at least one diagnostic.
 pub fn resolve_noting(
     asts: &[Ast],
     options: &ModelOptions,
     dimensions: Option<&mut BTreeMap<Span, Dimension>>,
     diagnostics: &mut Diagnostics,
-) -> Result<Model, Reported> {
+) -> Result<Model, ErrorReported> {
     let main = asts.first().unwrap_or_else(|| unreachable!("a compilation has a main file"));
     let Some(header) = &main.model else {
         let start = Span { source: main.source, start: 0, end: 0 };
         if let Some(effect) = &main.effect {
             let message = format!("`{}` is an effect, not a model", effect.name.text);
             return Err(diagnostics.error(
-                Diagnostic::new(Code::E113, effect.name.span, message)
+                Diagnostic::new(Code::NoModelLine, effect.name.span, message)
                     .help("give the model, and the effect with `--apply`"),
             ));
         }
         return Err(diagnostics.error(
-            Diagnostic::new(Code::E113, start, "this file does not say which model it is").help(
-                "begin it with `model NAME`; a library without that line can only be imported",
-            ),
+            Diagnostic::new(Code::NoModelLine, start, "this file does not say which model it is")
+                .help(
+                    "begin it with `model NAME`; a library without that line can only be imported",
+                ),
         ));
     };
 
@@ -91,7 +91,7 @@ pub fn resolve_noting(
         own_units::know_in(&mut setting.value, &units);
     }
     let asts = own_units::known_where_used(asts, diagnostics);
-    let Expanded { asts, parts, .. } = parts::expand(&asts, diagnostics)?;
+    let FlatModel { asts, parts, .. } = parts::expand(&asts, diagnostics)?;
     let [main, libraries @ ..] = &*asts else {
         unreachable!("a compilation has a main file");
     };
@@ -109,16 +109,17 @@ pub fn resolve_noting(
     }
 
     // Unbound inputs have been reported, and are then inputs of the model.
-    let _: Result<(), Reported> = parts::leave_out_unbound(&mut items, main, &parts, diagnostics);
+    let _: Result<(), ErrorReported> =
+        parts::leave_out_unbound(&mut items, main, &parts, diagnostics);
     leave_out_impossible(&mut variants, main, libraries, options);
     parts::leave_out_unread_inputs(&mut items, main, options.columns.as_deref());
 
-    let mut scope = Scope::collect(&items, diagnostics);
+    let mut scope = ModelScope::collect(&items, diagnostics);
     let settings = check_settings(&set, &scope, diagnostics);
     scope.place_arrays(&items, &settings, diagnostics);
     let order = in_order(&items, &scope, &settings, diagnostics);
-    let mut resolver = Resolver {
-        lowering: Lowering::new(scope),
+    let mut resolver = ModelResolver {
+        lowering: ExprLowering::new(scope),
         settings,
         next_loop: 0,
         formulas: Vec::new(),
@@ -134,7 +135,7 @@ pub fn resolve_noting(
     resolver.constants_and_lets(&order, diagnostics);
     for item in &items {
         // Each item reports its own errors; the next is independent of them.
-        let _: Result<(), Reported> = resolver.item(item, diagnostics);
+        let _: Result<(), ErrorReported> = resolver.item(item, diagnostics);
     }
     let (parameters, inputs) = std::mem::take(&mut resolver.elements);
     resolver.model.parameters.extend(parameters);
@@ -163,14 +164,18 @@ pub fn resolve_noting(
 }
 
 /// Refuses a part that starts at rest: only the whole model can, because a part rests only if the others do.
-fn verify_start(model: &Model, main: Span, diagnostics: &mut Diagnostics) -> Result<(), Reported> {
+fn verify_start(
+    model: &Model,
+    main: Span,
+    diagnostics: &mut Diagnostics,
+) -> Result<(), ErrorReported> {
     let Some(span) = model.starts_at_rest.filter(|span| span.source != main.source) else {
         return Ok(());
     };
     let message =
         format!("only the whole model can start at rest, and this is not `{}`", model.name);
     Err(diagnostics.error(
-        Diagnostic::new(Code::E508, span, message)
+        Diagnostic::new(Code::StartNotSteady, span, message)
             .help("move `start steady` to the model that is simulated"),
     ))
 }
@@ -188,29 +193,29 @@ fn once(parts: Vec<InnerModel>) -> Vec<InnerModel> {
 
 /// Whether a number is a value, including the offset of its unit, or a size.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Reading {
+pub(super) enum NumberReading {
     /// 20 °C is 293.15 K.
     Value,
     /// 20 °C is 20 K.
     Size,
 }
 
-pub(super) struct Resolver<'a> {
-    pub(super) lowering: Lowering<'a>,
+pub(super) struct ModelResolver<'a> {
+    pub(super) lowering: ExprLowering<'a>,
     pub(super) settings: BTreeMap<&'a str, &'a Expr>,
     /// Position of the next loop.
     pub(super) next_loop: usize,
     /// Formulas of noise, by position of the output.
-    pub(super) formulas: Vec<(usize, Formula)>,
+    pub(super) formulas: Vec<(usize, DensityFormula)>,
     /// Parameters and inputs that are elements of arrays: they follow the others.
     pub(super) elements: (Vec<Parameter>, Vec<Input>),
     pub(super) model: Model,
 }
 
-impl<'a> Resolver<'a> {
+impl<'a> ModelResolver<'a> {
     fn constants_and_lets(
         &mut self,
-        order: &[(&'a Item, Result<(), Reported>)],
+        order: &[(&'a Item, Result<(), ErrorReported>)],
         diagnostics: &mut Diagnostics,
     ) {
         let mut constants = BTreeMap::new();
@@ -258,10 +263,10 @@ impl<'a> Resolver<'a> {
     }
 
     /// The position of an array of constants, parameters or inputs.
-    fn vector(&self, name: &Name, diagnostics: &mut Diagnostics) -> Result<usize, Reported> {
+    fn vector(&self, name: &Name, diagnostics: &mut Diagnostics) -> Result<usize, ErrorReported> {
         let entry = self.lowering.scope.names.get(name.text.as_str());
         match entry.map(|entry| entry.definition) {
-            Some(Definition::Vector(vector)) => Ok(vector),
+            Some(NameDefinition::Vector(vector)) => Ok(vector),
             // A duplicate declaration of a name has been reported.
             _ => diagnostics.check().map(|()| unreachable!("arrays are collected")),
         }
@@ -269,7 +274,7 @@ impl<'a> Resolver<'a> {
 
     fn constant_index(&self, name: &Name) -> Option<u32> {
         match self.lowering.scope.names.get(name.text.as_str())?.definition {
-            Definition::Constant(index) => Some(index),
+            NameDefinition::Constant(index) => Some(index),
             _ => None,
         }
     }
@@ -280,10 +285,11 @@ impl<'a> Resolver<'a> {
         name: &'a Name,
         value: &'a Expr,
         diagnostics: &mut Diagnostics,
-    ) -> Result<Constant, Reported> {
+    ) -> Result<Constant, ErrorReported> {
         let declared = self.declared(item, name)?;
         let value = self.settings.get(name.text.as_str()).copied().unwrap_or(value);
-        let value = self.lowering.known(value, &declared.unit, Reading::Value, diagnostics)?;
+        let value =
+            self.lowering.known(value, &declared.unit, NumberReading::Value, diagnostics)?;
         Ok(Constant { declared, value })
     }
 
@@ -292,15 +298,15 @@ impl<'a> Resolver<'a> {
         unit: Option<&'a WrittenUnit>,
         value: &'a Expr,
         diagnostics: &mut Diagnostics,
-    ) -> Result<Typed, Reported> {
+    ) -> Result<TypedExpr, ErrorReported> {
         if unit.is_none() {
             return self.lowering.value(value, diagnostics);
         }
         let unit = unit_of(unit, diagnostics)?;
-        self.in_unit(value, &unit, Reading::Value, diagnostics)
+        self.in_unit(value, &unit, NumberReading::Value, diagnostics)
     }
 
-    fn item(&mut self, item: &'a Item, diagnostics: &mut Diagnostics) -> Result<(), Reported> {
+    fn item(&mut self, item: &'a Item, diagnostics: &mut Diagnostics) -> Result<(), ErrorReported> {
         match &item.kind {
             ItemKind::Parameter { name, value, attributes, .. } => {
                 let declared = self.declared(item, name)?;
@@ -405,11 +411,15 @@ impl<'a> Resolver<'a> {
         Ok(())
     }
 
-    pub(super) fn declared(&self, item: &Item, name: &Name) -> Result<Declared, Reported> {
+    pub(super) fn declared(
+        &self,
+        item: &Item,
+        name: &Name,
+    ) -> Result<DeclarationHeader, ErrorReported> {
         let entry = self.lowering.scope.names.get(name.text.as_str());
         // A duplicate declaration of a name has been reported; the unit of the first would mislead.
         let unit = entry.and_then(|entry| entry.unit.clone());
-        Ok(Declared {
+        Ok(DeclarationHeader {
             name: name.text.clone(),
             span: name.span,
             unit: unit.unwrap_or_else(|| Ok(Unit::one()))?,
@@ -422,10 +432,10 @@ impl<'a> Resolver<'a> {
         &mut self,
         expr: &'a Expr,
         unit: &Unit,
-        reading: Reading,
+        reading: NumberReading,
         diagnostics: &mut Diagnostics,
-    ) -> Result<Typed, Reported> {
-        self.lowering.in_unit(expr, unit, reading, &Arguments::new(), diagnostics)
+    ) -> Result<TypedExpr, ErrorReported> {
+        self.lowering.in_unit(expr, unit, reading, &OpenArguments::new(), diagnostics)
     }
 
     /// Checks functions that nothing calls if their arguments have units.
@@ -434,22 +444,23 @@ impl<'a> Resolver<'a> {
             let function = self.lowering.scope.functions[index];
             if function.arguments.iter().all(|argument| argument.unit.is_some()) {
                 // Only the errors matter, not the result.
-                let _: Result<(), Reported> = self.lowering.check_function(function, diagnostics);
+                let _: Result<(), ErrorReported> =
+                    self.lowering.check_function(function, diagnostics);
             }
         }
     }
 }
 
-impl<'a> Lowering<'a> {
+impl<'a> ExprLowering<'a> {
     /// A number that must be constant.
     pub(super) fn known(
         &mut self,
         expr: &'a Expr,
         unit: &Unit,
-        reading: Reading,
+        reading: NumberReading,
         diagnostics: &mut Diagnostics,
-    ) -> Result<f64, Reported> {
-        let typed = self.in_unit(expr, unit, reading, &Arguments::new(), diagnostics)?;
+    ) -> Result<f64, ErrorReported> {
+        let typed = self.in_unit(expr, unit, reading, &OpenArguments::new(), diagnostics)?;
         match self.number(typed.id) {
             Some(value) if value.is_finite() => Ok(value),
             Some(value) => Err(diagnostics.error(not_finite(value, expr.span))),
@@ -457,7 +468,7 @@ impl<'a> Lowering<'a> {
                 let culprit = self.first_unknown(typed.id, |_| true);
                 Err(diagnostics.error(
                     Diagnostic::new(
-                        Code::E504,
+                        Code::ValueNotConstant,
                         expr.span,
                         format!("this must be known before a run, but it depends on {culprit}"),
                     )
@@ -474,13 +485,13 @@ impl<'a> Lowering<'a> {
         unit: &Unit,
         what: &str,
         diagnostics: &mut Diagnostics,
-    ) -> Result<f64, Reported> {
-        let value = self.known(expr, unit, Reading::Size, diagnostics)?;
+    ) -> Result<f64, ErrorReported> {
+        let value = self.known(expr, unit, NumberReading::Size, diagnostics)?;
         if value > 0.0 {
             return Ok(value);
         }
         let message = format!("the {what} must be above zero");
-        Err(diagnostics.error(Diagnostic::new(Code::E505, expr.span, message)))
+        Err(diagnostics.error(Diagnostic::new(Code::SizeNotPositive, expr.span, message)))
     }
 
     /// The first relevant symbol that an expression depends on.
@@ -496,26 +507,26 @@ impl<'a> Lowering<'a> {
         &mut self,
         expr: &'a Expr,
         unit: &Unit,
-        reading: Reading,
-        arguments: &Arguments<'a>,
+        reading: NumberReading,
+        arguments: &OpenArguments<'a>,
         diagnostics: &mut Diagnostics,
-    ) -> Result<Typed, Reported> {
+    ) -> Result<TypedExpr, ErrorReported> {
         let typed = self.lower(expr, arguments, diagnostics)?;
         let number = self.number(typed.id);
         let is_plain = is_plain(expr, &|name| self.scope.names.contains_key(name));
         if let (true, Some(number)) = (is_plain, number) {
             let si = match reading {
-                Reading::Value => unit.to_si(number),
-                Reading::Size => number * unit.factor,
+                NumberReading::Value => unit.to_si(number),
+                NumberReading::Size => number * unit.factor,
             };
             let id = self.graph.constant(si);
-            return Ok(Typed { id, dim: Dim::Of(unit.dimension) });
+            return Ok(TypedExpr { id, dim: ExprDimension::Of(unit.dimension) });
         }
-        if typed.dim.with(Dim::Of(unit.dimension)).is_none() {
+        if typed.dim.unify(ExprDimension::Of(unit.dimension)).is_none() {
             let dimension = typed.dim.dimension();
             return Err(diagnostics.error(
                 Diagnostic::new(
-                    Code::E302,
+                    Code::UnitsOfSides,
                     expr.span,
                     format!(
                         "declared in `{}`, but the value is {}",
@@ -529,13 +540,13 @@ impl<'a> Lowering<'a> {
         }
         // A size with a unit of its own: 0.5 °C is half a kelvin.
         if let (
-            Reading::Size,
+            NumberReading::Size,
             crate::syntax::ast::ExprKind::Number { value, unit: Some(own), .. },
         ) = (reading, &expr.kind)
         {
             let unit_of_value = unit_of(Some(own), diagnostics)?;
             let id = self.graph.constant(value * unit_of_value.factor);
-            return Ok(Typed { id, dim: typed.dim });
+            return Ok(TypedExpr { id, dim: typed.dim });
         }
         Ok(typed)
     }
@@ -544,5 +555,5 @@ impl<'a> Lowering<'a> {
 /// The error for a value that is infinite or not a number.
 pub(super) fn not_finite(value: f64, span: Span) -> Diagnostic {
     let message = format!("this comes to {value}, which is not a finite number");
-    Diagnostic::new(Code::E504, span, message)
+    Diagnostic::new(Code::ValueNotConstant, span, message)
 }

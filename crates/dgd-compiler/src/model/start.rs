@@ -2,12 +2,12 @@
 
 use std::collections::BTreeMap;
 
-use super::resolve::{Resolver, not_finite};
-use crate::diagnostics::{Code, Diagnostic, Diagnostics, Reported};
+use super::resolve::{ModelResolver, not_finite};
+use crate::diagnostics::{Code, Diagnostic, Diagnostics, ErrorReported};
 use crate::expr::{ExprId, Node, Symbol};
 use crate::syntax::ast::{Expr, Name};
 
-impl Resolver<'_> {
+impl ModelResolver<'_> {
     /// Checks that a start value reads only quantities that are known before the unknowns. Start values of a part may
     /// also read states outside the part, by their start values.
     pub(super) fn check_start(
@@ -16,7 +16,7 @@ impl Resolver<'_> {
         name: &Name,
         expr: &Expr,
         diagnostics: &mut Diagnostics,
-    ) -> Result<(), Reported> {
+    ) -> Result<(), ErrorReported> {
         let graph = &self.lowering.graph;
         let depends = |s: &Symbol| match s {
             Symbol::Unknown(_) | Symbol::Element(_) => !self.is_outer_state(*s, name),
@@ -29,7 +29,7 @@ impl Resolver<'_> {
             let culprit = culprit.unwrap_or_else(|| "an unknown".to_owned());
             return Err(diagnostics.error(
                 Diagnostic::new(
-                    Code::E503,
+                    Code::StartReadsUnknown,
                     expr.span,
                     format!("this start value depends on {culprit}, which is not known before"),
                 )
@@ -66,7 +66,10 @@ impl Resolver<'_> {
     }
 
     /// Substitutes the start values of states in start values.
-    pub(super) fn open_starts(&mut self, diagnostics: &mut Diagnostics) -> Result<(), Reported> {
+    pub(super) fn open_starts(
+        &mut self,
+        diagnostics: &mut Diagnostics,
+    ) -> Result<(), ErrorReported> {
         let mut open: BTreeMap<usize, Vec<usize>> = (0..self.n_starts())
             .map(|i| (i, self.needed(self.start(i))))
             .filter(|(_, needed)| !needed.is_empty())
@@ -167,7 +170,7 @@ impl Resolver<'_> {
         }
         names.push(names[0].clone());
         let message = format!("start values depend on each other: {}", names.join(" → "));
-        Diagnostic::new(Code::E206, declared(on_circle).span, message)
+        Diagnostic::new(Code::CircularDefinition, declared(on_circle).span, message)
             .help("give one of them a value of its own where its part is declared")
     }
 }

@@ -3,9 +3,9 @@
 use super::*;
 use crate::expr::Symbol;
 use crate::syntax::ast::Name;
-use crate::tank::{Run, TANK};
+use crate::tank::{TANK, TankCompilation};
 
-impl Run {
+impl TankCompilation {
     /// The messages for an invalid model.
     fn messages(&mut self) -> Vec<String> {
         if !self.asts.is_empty() {
@@ -24,7 +24,7 @@ fn arguments_are_values_start_values_and_choices() {
                 still { equation e: der(x) = 0 } }\n";
     let main =
         "model pond\nimport \"pump.dgd\"\npart one: pump(k = 2*2, x = 1 [cm], law = still)\n";
-    let mut run = Run::new(&[("pond.dgd", main), ("pump.dgd", pump)]);
+    let mut run = TankCompilation::new(&[("pond.dgd", main), ("pump.dgd", pump)]);
     let model = run.model();
     assert_eq!(model.parameters[0].declared.name, "one.k");
     assert_eq!(model.parameters[0].value, 4e5);
@@ -40,7 +40,7 @@ fn an_argument_that_reads_a_parameter_ties_the_two() {
                 let half = A/2\n\
                 part one: tank(A = half, a = B/500)\npart two: tank(a = 0.02, A = B)\n\
                 one.q_in = two.q_out\ntwo.q_in = one.q_out\n";
-    let mut run = Run::new(&[("pond.dgd", main), ("tank.dgd", TANK)]);
+    let mut run = TankCompilation::new(&[("pond.dgd", main), ("tank.dgd", TANK)]);
     let model = run.model();
     let parameters: Vec<&str> = model.parameters.iter().map(|p| p.declared.name.as_str()).collect();
     assert_eq!(parameters, ["A", "one.a", "two.a"]);
@@ -56,13 +56,13 @@ fn libraries_are_there_once_and_their_names_do_not_meet_others() {
     // The model itself sees the library as well: one set of names.
     let main = "model pond\nimport \"law.dgd\"\nimport \"pump.dgd\"\npart one: pump\npart two: pump\n\
                 let y = k\n";
-    let mut run = Run::new(&[("pond.dgd", main), ("law.dgd", law), ("pump.dgd", pump)]);
+    let mut run = TankCompilation::new(&[("pond.dgd", main), ("law.dgd", law), ("pump.dgd", pump)]);
     let names: Vec<String> =
         run.model().constants.iter().map(|c| c.declared.name.clone()).collect();
     assert_eq!(names, ["k"]);
     // It does not: the name belongs to the file, whose own constant differs.
     let main = "model pond\nimport \"pump.dgd\"\npart one: pump\npart law: pump\nconstant k = 7\n";
-    let mut run = Run::new(&[("pond.dgd", main), ("law.dgd", law), ("pump.dgd", pump)]);
+    let mut run = TankCompilation::new(&[("pond.dgd", main), ("law.dgd", law), ("pump.dgd", pump)]);
     let names: Vec<String> =
         run.model().constants.iter().map(|c| c.declared.name.clone()).collect();
     assert_eq!(names, ["law_2.k", "k"]);
@@ -75,7 +75,7 @@ fn parts_of_parts_have_longer_names() {
     let main = "model whole\nimport \"pair.dgd\"\ninput rain [m^3/s]\n\
                 part first: pair(a.h = 2, b.a = 0.03)\n\
                 part second: pair\nfirst.q = rain\nsecond.q = first.q_out\n";
-    let mut run = Run::new(&[("w.dgd", main), ("pair.dgd", pair), ("tank.dgd", TANK)]);
+    let mut run = TankCompilation::new(&[("w.dgd", main), ("pair.dgd", pair), ("tank.dgd", TANK)]);
     let model = run.model();
     let unknowns: Vec<&str> = model.unknowns.iter().map(|x| x.declared.name.as_str()).collect();
     assert_eq!(unknowns, ["first.a.h", "first.b.h", "second.a.h", "second.b.h"]);
@@ -92,7 +92,8 @@ fn a_part_can_stand_in_a_choice() {
     let still = "model still\ninput q_in [m^3/s]\nstate h [m] = 3\nequation e: der(h) = 0\n";
     let main = "model pond\nimport \"tank.dgd\"\nimport \"still.dgd\"\nvariant kind {\n\
                 full { part one: tank }\nempty { part one: still }\n}\none.q_in = 2\nlet x = one.h\n";
-    let mut run = Run::new(&[("p.dgd", main), ("tank.dgd", TANK), ("still.dgd", still)]);
+    let mut run =
+        TankCompilation::new(&[("p.dgd", main), ("tank.dgd", TANK), ("still.dgd", still)]);
     assert_eq!(run.model().equations[0].label, "one.level");
 }
 
@@ -100,7 +101,7 @@ fn a_part_can_stand_in_a_choice() {
 fn mistakes_are_named() {
     let with = |lines: &str| {
         let main = format!("model pond\nimport \"tank.dgd\"\nconstant c = 1\n{lines}\n");
-        Run::new(&[("pond.dgd", &main), ("tank.dgd", TANK)]).messages()
+        TankCompilation::new(&[("pond.dgd", &main), ("tank.dgd", TANK)]).messages()
     };
     let bound = "\none.q_in = 2";
     for (lines, expected) in [
@@ -152,7 +153,7 @@ output late = slowed
 fn inputs_that_the_chosen_variants_do_not_read_need_not_be_bound() {
     let with = |lines: &str| {
         let main = format!("model pond\nimport \"line.dgd\"\n{lines}\n");
-        Run::new(&[("pond.dgd", &main), ("line.dgd", LINE)])
+        TankCompilation::new(&[("pond.dgd", &main), ("line.dgd", LINE)])
     };
     let mut run = with("part one: line\none.q_end = 2");
     let model = run.model();
@@ -189,7 +190,7 @@ fn inputs_that_other_choices_read_are_not_asked_for() {
                 state x\nvariant law {\none { equation e: der(x) = f(v)/1 [s] }\n\
                 two { equation e: der(x) = both/1 [s] }\n}\n";
     let inputs = |choice: &str| {
-        let mut run = Run::new(&[("m.dgd", text)]);
+        let mut run = TankCompilation::new(&[("m.dgd", text)]);
         let name = |text: &str| Name { text: text.into(), span: Span::default() };
         let variants = vec![(name("law"), name(choice))];
         let options = ModelOptions { variants, ..ModelOptions::default() };
@@ -208,7 +209,7 @@ fn start_values_of_a_part_read_what_the_whole_starts_with() {
                 for i in 1..N { equation f[i]: der(r[i]) = (q_in - r[i])/1 [s] }\n";
     let with = |lines: &str| {
         let main = format!("model pond\nimport \"pipe.dgd\"\nparameter a [m^3/s] = 3\n{lines}\n");
-        Run::new(&[("pond.dgd", &main), ("pipe.dgd", pipe)])
+        TankCompilation::new(&[("pond.dgd", &main), ("pipe.dgd", pipe)])
     };
     // Through two parts, in either order, and an element of an array.
     let model = with(
@@ -251,7 +252,8 @@ fn start_values_of_a_part_read_what_the_whole_starts_with() {
 fn an_input_that_is_not_bound_is_said_where_the_part_stands() {
     let pair = "model pair\nimport \"line.dgd\"\npart a: line(end = pressure)\na.slow = 1\n";
     let main = "model pond\nimport \"pair.dgd\"\npart first: pair\n";
-    let mut run = Run::new(&[("pond.dgd", main), ("pair.dgd", pair), ("line.dgd", LINE)]);
+    let mut run =
+        TankCompilation::new(&[("pond.dgd", main), ("pair.dgd", pair), ("line.dgd", LINE)]);
     assert_eq!(run.messages(), ["E220: input `first.a.p_end` is not bound"]);
     let shown = run.shown();
     for part in [
@@ -268,7 +270,7 @@ fn a_part_knows_nothing_of_the_whole() {
     let main = "model pond\nimport \"p.dgd\"\nconstant k = 1\nfunction f(x) = x\npart one: p\n";
     let part = "model p\nstate x = 1\nequation e: der(x) = k*x/1 [s] + f(x)/1 [s]\nlet z = out\n\
                 output out = x\n";
-    let messages = Run::new(&[("pond.dgd", main), ("p.dgd", part)]).messages();
+    let messages = TankCompilation::new(&[("pond.dgd", main), ("p.dgd", part)]).messages();
     assert_eq!(
         messages,
         [
@@ -284,9 +286,9 @@ fn a_model_does_not_contain_itself() {
     let a = "model a\nimport \"b.dgd\"\npart x: b\n";
     let b = "model b\nimport \"c.dgd\"\npart x: c\n";
     let c = "model c\nimport \"b.dgd\"\npart x: b\n";
-    let messages = Run::new(&[("a.dgd", a), ("b.dgd", b), ("c.dgd", c)]).messages();
+    let messages = TankCompilation::new(&[("a.dgd", a), ("b.dgd", b), ("c.dgd", c)]).messages();
     assert_eq!(messages, ["E221: `b` contains itself: `b` → `c` → `b`"]);
-    let messages = Run::new(&[("a.dgd", "model a\npart x: a\n")]).messages();
+    let messages = TankCompilation::new(&[("a.dgd", "model a\npart x: a\n")]).messages();
     assert_eq!(messages, ["E221: `a` contains itself: `a` → `a`"]);
 }
 
@@ -295,7 +297,7 @@ fn a_name_means_one_model() {
     let main =
         "model pond\nimport \"x/tank.dgd\"\nimport \"tank.dgd\"\npart one: tank\none.q_in = 1\n";
     let files = [("pond.dgd", main), ("tank.dgd", TANK), ("x/tank.dgd", TANK)];
-    assert_eq!(Run::new(&files).messages(), ["E202: two models are called `tank`"]);
+    assert_eq!(TankCompilation::new(&files).messages(), ["E202: two models are called `tank`"]);
 }
 
 #[test]
@@ -312,7 +314,7 @@ fn there_is_an_end_to_what_parts_come_to() {
     let mut files: Vec<(&str, &str)> =
         texts.iter().map(|(name, text)| (name.as_str(), text.as_str())).collect();
     files.push(("m40.dgd", "model m40\nstate x = 1\nequation e: der(x) = 0\n"));
-    let messages = Run::new(&files).messages();
+    let messages = TankCompilation::new(&files).messages();
     assert!(messages[0].starts_with("E211"), "{messages:?}");
 }
 
@@ -327,7 +329,7 @@ fn modes_of_a_part_start_as_its_model_says() {
     let main = "model whole\nimport \"valve.dgd\"\ninput w\npart one: valve\none.u = w\n\
                 modes side {\na { equation f: y = one.x }\nb { equation f: y = 0 }\n\
                 a -> b when y rises above 2 { reset one.x = 3 }\n}\nunknown y\n";
-    let mut run = Run::new(&[("w.dgd", main), ("valve.dgd", valve)]);
+    let mut run = TankCompilation::new(&[("w.dgd", main), ("valve.dgd", valve)]);
     let model = run.model();
     assert_eq!(model.automata.len(), 2);
     assert_eq!(model.automata[0].start, 1);
@@ -354,7 +356,7 @@ fn a_smooth_table_is_known_by_its_second_differences() {
                 table g(T [°C]) [°C] = (30, twice), (0, 2), (10, b - 3*(1 [K] - b)), (40, 5) \
                 natural, smooth rough*0.5 [K]\n\
                 equation e: der(x) = 0\n";
-    let mut run = Run::new(&[("m.dgd", text)]);
+    let mut run = TankCompilation::new(&[("m.dgd", text)]);
     let model = run.model();
     assert_eq!(model.smoothness.len(), 4);
     let third = 1.0 / 3.0;
@@ -375,7 +377,7 @@ fn what_a_smooth_table_says_goes_along_with_its_part() {
                 output C [kJ/K] = C(T)\n";
     let main = "model two\nimport \"heater.dgd\"\ninput T [°C]\npart one: heater(rough = 0.2)\n\
                 part other: heater\none.T = T\nother.T = T\n";
-    let mut run = Run::new(&[("two.dgd", main), ("heater.dgd", part)]);
+    let mut run = TankCompilation::new(&[("two.dgd", main), ("heater.dgd", part)]);
     let model = run.model();
     assert_eq!(model.smoothness.len(), 2);
     let weights = [("one.c[1]", -0.5), ("one.c[2]", 1.0), ("one.c[3]", -0.5)];

@@ -6,8 +6,8 @@ use std::fmt::Write;
 use dgd_signature::Distribution;
 
 use super::{
-    Array, Automaton, Bound, Declared, Density, Equation, Interpolation, Model, Origin, Parameter,
-    Smoothness, Transition, Unknown,
+    Array, Automaton, AutomatonOrigin, BoundSide, DeclarationHeader, Density, Equation,
+    Interpolation, Model, Parameter, Smoothness, Transition, Unknown,
 };
 use crate::expr::display::{listing, number};
 use crate::expr::{ExprId, Node, Symbol};
@@ -15,7 +15,7 @@ use crate::units::describe;
 
 /// Writes a model as text.
 pub fn write(model: &Model) -> String {
-    let mut writer = Writer { model, names: model.let_names(), text: String::new() };
+    let mut writer = SectionWriter { model, names: model.let_names(), text: String::new() };
     writer.line("", &format!("model {}", model.name));
     writer.choices();
     writer.values();
@@ -31,14 +31,14 @@ pub fn write(model: &Model) -> String {
 }
 
 /// Writes one section after another.
-struct Writer<'a> {
+struct SectionWriter<'a> {
     model: &'a Model,
     /// Names of expressions.
     names: BTreeMap<ExprId, String>,
     text: String,
 }
 
-impl Writer<'_> {
+impl SectionWriter<'_> {
     fn line(&mut self, indent: &str, content: &str) {
         let _ = writeln!(self.text, "{indent}{content}");
     }
@@ -160,8 +160,8 @@ impl Writer<'_> {
             let bound = self.shown("    ", saturation.bound);
             let name = self.model.unknown_name(saturation.unknown);
             let sign = match saturation.side {
-                Bound::Lower => ">=",
-                Bound::Upper => "<=",
+                BoundSide::Lower => ">=",
+                BoundSide::Upper => "<=",
             };
             self.line("  ", &format!("saturate {name} {sign} {bound}"));
         }
@@ -169,7 +169,7 @@ impl Writer<'_> {
 
     /// A `modes` block or a `when`.
     fn automaton(&mut self, automaton: &Automaton) {
-        if automaton.origin == Origin::Modes {
+        if automaton.origin == AutomatonOrigin::Modes {
             let start = &automaton.modes[automaton.start].name;
             self.line("  ", &format!("modes {}, starts in {start}", automaton.name));
             for mode in &automaton.modes {
@@ -202,14 +202,14 @@ impl Writer<'_> {
         let [left, right] = self.all_shown("      ", [transition.left, transition.right]);
         let condition = format!("when {left} {} {right}", transition.crossing.words());
         match automaton.origin {
-            Origin::When => self.line("  ", &condition),
-            Origin::Every => {
+            AutomatonOrigin::When => self.line("  ", &condition),
+            AutomatonOrigin::Every => {
                 let times = automaton.period.map(|times| self.all_shown("      ", times));
                 let [first, period] = times.unwrap_or_default();
                 let offset = if first == "0" { String::new() } else { format!(" offset {first}") };
                 self.line("  ", &format!("every {period}{offset}"));
             }
-            Origin::Modes => {
+            AutomatonOrigin::Modes => {
                 let [from, to] = [from, transition.to].map(|mode| &automaton.modes[mode].name);
                 self.line("    ", &format!("{from} -> {to} {condition}"));
             }
@@ -276,7 +276,7 @@ fn noise_text(noise: Option<f64>) -> String {
 }
 
 /// `p[1..4] [Pa]`
-fn range_of(array: &Array, declared: &Declared) -> String {
+fn range_of(array: &Array, declared: &DeclarationHeader) -> String {
     let (lower, upper) = (array.lower, array.lower + i64::from(array.count) - 1);
     format!("{}[{lower}..{upper}] [{}]", declared.name, describe(declared.unit.dimension))
 }
@@ -287,7 +287,7 @@ fn moving(element: &str) -> String {
 }
 
 /// Name and SI unit.
-fn head(declared: &Declared) -> String {
+fn head(declared: &DeclarationHeader) -> String {
     format!("{} [{}]", declared.name, describe(declared.unit.dimension))
 }
 
@@ -313,7 +313,7 @@ fn symbol_name(model: &Model, symbol: Symbol) -> String {
         | Symbol::Sensitivity(_)
         | Symbol::SweptSensitivity(_)
         | Symbol::Discrete(_)
-        | Symbol::Late(_)
+        | Symbol::Delayed(_)
         | Symbol::DelayedUnknown(_)
         | Symbol::Past(..) => {
             unreachable!("only later stages read slopes, sensitivities, modes and late values")

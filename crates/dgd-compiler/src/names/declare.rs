@@ -3,25 +3,25 @@
 
 use std::collections::BTreeMap;
 
-use super::{Names, Scope, SymbolId, SymbolKind, Use};
+use super::{FileScope, NameTable, NameUse, SymbolId, SymbolKind};
 use crate::syntax::ast::{
-    ArrayKind, Ast, Choice, Item, ItemKind, Name, StartRule, Target, UnknownKind,
+    ArrayKind, Ast, EffectTarget, Item, ItemKind, Name, StartRule, UnknownKind, VariantChoice,
 };
 
 /// The namespace of a scope that a name belongs to.
-type Set = fn(&mut Scope) -> &mut BTreeMap<String, SymbolId>;
+type NameSet = fn(&mut FileScope) -> &mut BTreeMap<String, SymbolId>;
 
-impl Names {
+impl NameTable {
     /// Collects the declarations of a file.
     pub(super) fn declare(&mut self, ast: &Ast) {
-        let mut scope = Scope::default();
+        let mut scope = FileScope::default();
         if let Some(header) = &ast.model {
             let name = &header.name;
             scope.model = Some(self.add(&name.text, SymbolKind::Model, name.span));
         }
         if let Some(header) = &ast.effect {
             self.add(&header.name.text, SymbolKind::Effect, header.name.span);
-            if let Target::Template(slots) = &header.target {
+            if let EffectTarget::Template(slots) = &header.target {
                 for slot in slots {
                     self.declare_in(&mut scope, |s| &mut s.slots, &slot.name, SymbolKind::Argument);
                 }
@@ -33,7 +33,7 @@ impl Names {
         self.scopes.insert(ast.source, scope);
     }
 
-    fn declare_items(&mut self, items: &[Item], scope: &mut Scope) {
+    fn declare_items(&mut self, items: &[Item], scope: &mut FileScope) {
         for item in items {
             let (name, kind) = match &item.kind {
                 ItemKind::Constant { name, .. } => (name, SymbolKind::Constant),
@@ -91,7 +91,7 @@ impl Names {
         }
     }
 
-    fn declare_outputs(&mut self, items: &[Item], scope: &mut Scope) {
+    fn declare_outputs(&mut self, items: &[Item], scope: &mut FileScope) {
         for item in items {
             match &item.kind {
                 ItemKind::Output { name, value: Some(_), .. } => {
@@ -110,11 +110,11 @@ impl Names {
     fn declare_choices(
         &mut self,
         of: &Name,
-        choices: &[Choice],
+        choices: &[VariantChoice],
         kind: SymbolKind,
-        scope: &mut Scope,
+        scope: &mut FileScope,
     ) {
-        for Choice { name, items, .. } in choices {
+        for VariantChoice { name, items, .. } in choices {
             let key = (of.text.clone(), name.text.clone());
             if let Some(&symbol) = scope.choices.get(&key) {
                 self.again(symbol, name);
@@ -126,7 +126,7 @@ impl Names {
         }
     }
 
-    fn declare_part(&mut self, scope: &mut Scope, name: &Name, model: &Name) {
+    fn declare_part(&mut self, scope: &mut FileScope, name: &Name, model: &Name) {
         if let Some(&(symbol, _)) = scope.parts.get(&name.text) {
             self.again(symbol, name);
         } else {
@@ -135,7 +135,7 @@ impl Names {
         }
     }
 
-    fn declare_in(&mut self, scope: &mut Scope, set: Set, name: &Name, kind: SymbolKind) {
+    fn declare_in(&mut self, scope: &mut FileScope, set: NameSet, name: &Name, kind: SymbolKind) {
         if let Some(&symbol) = set(scope).get(&name.text) {
             self.again(symbol, name);
         } else {
@@ -146,6 +146,6 @@ impl Names {
 
     /// Adds another declaration of a symbol.
     fn again(&mut self, symbol: SymbolId, name: &Name) {
-        self.uses.push(Use { span: name.span, symbol, declares: true });
+        self.uses.push(NameUse { span: name.span, symbol, declares: true });
     }
 }

@@ -2,20 +2,20 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use crate::source::{SourceId, Sources};
-use crate::syntax::ast::{Ast, Target};
+use crate::source::{SourceId, SourceMap};
+use crate::syntax::ast::{Ast, EffectTarget};
 
 /// The files, by name.
-pub(super) struct Files<'a> {
+pub(super) struct NamedFiles<'a> {
     asts: &'a [Ast],
-    sources: &'a Sources,
+    sources: &'a SourceMap,
     position: BTreeMap<SourceId, usize>,
 }
 
-impl<'a> Files<'a> {
-    pub(super) fn new(asts: &'a [Ast], sources: &'a Sources) -> Files<'a> {
+impl<'a> NamedFiles<'a> {
+    pub(super) fn new(asts: &'a [Ast], sources: &'a SourceMap) -> NamedFiles<'a> {
         let position = asts.iter().enumerate().map(|(i, ast)| (ast.source, i)).collect();
-        Files { asts, sources, position }
+        NamedFiles { asts, sources, position }
     }
 
     fn get(&self, id: SourceId) -> Option<&'a Ast> {
@@ -87,8 +87,8 @@ impl<'a> Files<'a> {
     /// The model of an effect.
     pub(super) fn model_of_effect(&self, ast: &Ast) -> Option<&'a Ast> {
         match &ast.effect.as_ref()?.target {
-            Target::Model(name) => self.nearest(&name.text, ast),
-            Target::Template(_) => None,
+            EffectTarget::Model(name) => self.nearest(&name.text, ast),
+            EffectTarget::Template(_) => None,
         }
     }
 }

@@ -16,10 +16,10 @@ mod read;
 
 use std::collections::BTreeMap;
 
-use crate::source::{SourceId, Sources, Span};
+use crate::source::{SourceId, SourceMap, Span};
 use crate::syntax::ast::Ast;
 
-/// The position of a symbol in [`Names::symbols`].
+/// The position of a symbol in [`NameTable::symbols`].
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct SymbolId(pub usize);
 
@@ -68,7 +68,7 @@ pub enum SymbolKind {
 
 /// A named item.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Symbol {
+pub struct NamedItem {
     /// Its declared name.
     pub name: String,
     /// Its kind.
@@ -79,7 +79,7 @@ pub struct Symbol {
 
 /// An occurrence of a symbol.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-pub struct Use {
+pub struct NameUse {
     /// The place; `pump.c0` has two, one for the part and one for its member.
     pub span: Span,
     /// The symbol.
@@ -90,18 +90,18 @@ pub struct Use {
 
 /// All symbols of some files, and all their uses.
 #[derive(Debug, Clone, Default)]
-pub struct Names {
-    symbols: Vec<Symbol>,
+pub struct NameTable {
+    symbols: Vec<NamedItem>,
     /// Ordered by place.
-    uses: Vec<Use>,
-    scopes: BTreeMap<SourceId, Scope>,
+    uses: Vec<NameUse>,
+    scopes: BTreeMap<SourceId, FileScope>,
     /// For each file, the files whose names it reads as its own.
     seen: BTreeMap<SourceId, Vec<SourceId>>,
 }
 
 /// The declarations of one file.
 #[derive(Debug, Clone, Default)]
-struct Scope {
+struct FileScope {
     model: Option<SymbolId>,
     values: BTreeMap<String, SymbolId>,
     outputs: BTreeMap<String, SymbolId>,
@@ -116,7 +116,7 @@ struct Scope {
     slots: BTreeMap<String, SymbolId>,
 }
 
-impl Scope {
+impl FileScope {
     /// The symbol that expressions read by a name.
     fn value(&self, name: &str) -> Option<SymbolId> {
         self.values.get(name).or_else(|| self.slots.get(name)).copied()
@@ -131,14 +131,14 @@ impl Scope {
     }
 }
 
-impl Names {
+impl NameTable {
     /// The names of files that were loaded together.
-    pub fn of(asts: &[Ast], sources: &Sources) -> Names {
-        let mut names = Names::default();
+    pub fn collect(asts: &[Ast], sources: &SourceMap) -> NameTable {
+        let mut names = NameTable::default();
         for ast in asts {
             names.declare(ast);
         }
-        let files = files::Files::new(asts, sources);
+        let files = files::NamedFiles::new(asts, sources);
         for ast in asts {
             names.seen.insert(ast.source, files.seen_by(ast));
         }
@@ -151,18 +151,18 @@ impl Names {
     }
 
     /// All symbols, in the order in which the files declare them.
-    pub fn symbols(&self) -> impl Iterator<Item = (SymbolId, &Symbol)> {
+    pub fn symbols(&self) -> impl Iterator<Item = (SymbolId, &NamedItem)> {
         self.symbols.iter().enumerate().map(|(i, symbol)| (SymbolId(i), symbol))
     }
 
     /// A symbol.
-    pub fn symbol(&self, id: SymbolId) -> &Symbol {
+    pub fn symbol(&self, id: SymbolId) -> &NamedItem {
         &self.symbols[id.0]
     }
 
     /// The use that contains a byte of a source, or ends there.
-    pub fn at(&self, source: SourceId, byte: u32) -> Option<&Use> {
-        let is_there = |one: &&Use| {
+    pub fn find_at(&self, source: SourceId, byte: u32) -> Option<&NameUse> {
+        let is_there = |one: &&NameUse| {
             one.span.source == source && one.span.start <= byte && byte <= one.span.end
         };
         // Of two adjacent ones, the second.
@@ -170,12 +170,12 @@ impl Names {
     }
 
     /// All uses of a symbol, ordered by place.
-    pub fn uses_of(&self, symbol: SymbolId) -> impl Iterator<Item = &Use> {
+    pub fn uses_of(&self, symbol: SymbolId) -> impl Iterator<Item = &NameUse> {
         self.uses.iter().filter(move |one| one.symbol == symbol)
     }
 
     /// All uses in one source, ordered by place.
-    pub fn uses_in(&self, source: SourceId) -> impl Iterator<Item = &Use> {
+    pub fn uses_in(&self, source: SourceId) -> impl Iterator<Item = &NameUse> {
         self.uses.iter().filter(move |one| one.span.source == source)
     }
 
@@ -212,7 +212,7 @@ impl Names {
     }
 
     /// The scope of a part's model; `well.pump` is a part of a part.
-    fn model_of_part(&self, source: SourceId, part: &str) -> Option<&Scope> {
+    fn model_of_part(&self, source: SourceId, part: &str) -> Option<&FileScope> {
         let seen_files = self.seen.get(&source).into_iter().flatten();
         let mut scope = std::iter::once(&source)
             .chain(seen_files)
@@ -225,14 +225,14 @@ impl Names {
         Some(scope)
     }
 
-    fn is_model(&self, scope: &Scope, name: &str) -> bool {
+    fn is_model(&self, scope: &FileScope, name: &str) -> bool {
         scope.model.is_some_and(|id| self.symbol(id).name == name)
     }
 
     fn add(&mut self, name: &str, kind: SymbolKind, declared: Span) -> SymbolId {
-        self.symbols.push(Symbol { name: name.to_owned(), kind, declared });
+        self.symbols.push(NamedItem { name: name.to_owned(), kind, declared });
         let id = SymbolId(self.symbols.len() - 1);
-        self.uses.push(Use { span: declared, symbol: id, declares: true });
+        self.uses.push(NameUse { span: declared, symbol: id, declares: true });
         id
     }
 }

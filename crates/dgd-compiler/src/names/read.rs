@@ -1,39 +1,40 @@
 //! Collects the names that expressions, clauses and items read.
 
-use super::files::Files;
-use super::{Names, Scope, SymbolId, SymbolKind, Use};
-use crate::source::{SourceId, Sources, Span};
+use super::files::NamedFiles;
+use super::{FileScope, NameTable, NameUse, SymbolId, SymbolKind};
+use crate::source::{SourceId, SourceMap, Span};
 use crate::syntax::ast::{
-    Argument, Ast, Attribute, Axis, ClauseKind, Condition, Counter, EffectHeader, Expr, ExprKind,
-    Item, ItemKind, LocalLet, Name, PartArgument, Reset, StartRule, Target, Transition, Unit,
+    ArrayAxis, Ast, Attribute, ClauseKind, CrossingCondition, EffectHeader, EffectTarget, Expr,
+    ExprKind, FormalArgument, Item, ItemKind, LocalLet, LoopCounter, Name, PartArgument,
+    ResetClause, StartRule, TransitionClause, WrittenUnit,
 };
 use crate::syntax::visit;
 
 /// Records the names that a file reads.
-pub(super) fn read(ast: &Ast, files: &Files<'_>, names: &mut Names, sources: &Sources) {
-    let mut reader = Reader { source: ast.source, files, names, sources, locals: Vec::new() };
+pub(super) fn read(ast: &Ast, files: &NamedFiles<'_>, names: &mut NameTable, sources: &SourceMap) {
+    let mut reader = NameReader { source: ast.source, files, names, sources, locals: Vec::new() };
     if let Some(header) = &ast.effect {
         reader.effect(header);
     }
     reader.items(&ast.items);
 }
 
-struct Reader<'a> {
+struct NameReader<'a> {
     source: SourceId,
-    files: &'a Files<'a>,
-    names: &'a mut Names,
-    sources: &'a Sources,
+    files: &'a NamedFiles<'a>,
+    names: &'a mut NameTable,
+    sources: &'a SourceMap,
     /// Arguments and indices that are open, innermost last.
     locals: Vec<(String, SymbolId)>,
 }
 
-impl Reader<'_> {
+impl NameReader<'_> {
     fn reads(&mut self, symbol: SymbolId, span: Span) {
-        self.names.uses.push(Use { span, symbol, declares: false });
+        self.names.uses.push(NameUse { span, symbol, declares: false });
     }
 
     /// The first match in the scopes of the file itself and the files that it sees.
-    fn find(&self, in_scope: impl Fn(&Scope) -> Option<SymbolId>) -> Option<SymbolId> {
+    fn find(&self, in_scope: impl Fn(&FileScope) -> Option<SymbolId>) -> Option<SymbolId> {
         let seen_files = self.names.seen.get(&self.source).into_iter().flatten();
         let mut seen_and_own = std::iter::once(&self.source).chain(seen_files);
         seen_and_own.find_map(|id| self.names.scopes.get(id).and_then(&in_scope))
@@ -46,7 +47,7 @@ impl Reader<'_> {
         let readable = local_symbol.or_else(|| self.find(|scope| scope.value(text)));
         match readable.or_else(|| self.find(|scope| scope.any(text))) {
             Some(symbol) => self.reads(symbol, span),
-            None => self.member(text, span, Scope::any),
+            None => self.member(text, span, FileScope::any),
         }
     }
 
@@ -55,13 +56,18 @@ impl Reader<'_> {
     }
 
     /// `pump.c0`: the part, and a member of its model.
-    fn member(&mut self, text: &str, span: Span, find: impl Fn(&Scope, &str) -> Option<SymbolId>) {
+    fn member(
+        &mut self,
+        text: &str,
+        span: Span,
+        find: impl Fn(&FileScope, &str) -> Option<SymbolId>,
+    ) {
         let spans = self.segments(span);
         let segments: Vec<&str> = text.split('.').collect();
         if segments.len() < 2 || spans.len() != segments.len() {
             return;
         }
-        let part_of = |scope: &Scope| scope.parts.get(segments[0]).map(|(symbol, _)| *symbol);
+        let part_of = |scope: &FileScope| scope.parts.get(segments[0]).map(|(symbol, _)| *symbol);
         let Some(part) = self.find(part_of) else { return };
         self.reads(part, spans[0]);
         let mut file = self.names.symbol(part).declared.source;
@@ -106,8 +112,8 @@ impl Reader<'_> {
 
     fn equation(&mut self, label: &Name) {
         let text = label.text.as_str();
-        let slot = |scope: &Scope| scope.slots.get(text).copied();
-        let equation = |scope: &Scope| scope.equations.get(text).copied();
+        let slot = |scope: &FileScope| scope.slots.get(text).copied();
+        let equation = |scope: &FileScope| scope.equations.get(text).copied();
         match self.find(slot).or_else(|| self.find(equation)) {
             Some(symbol) => self.reads(symbol, label.span),
             None => self.member(text, label.span, |scope, name| scope.equations.get(name).copied()),
@@ -133,8 +139,8 @@ impl Reader<'_> {
     }
 
     /// The ends of ranges, in which no index is defined.
-    fn ends(&mut self, counters: &[Counter]) {
-        for Counter { range, .. } in counters {
+    fn ends(&mut self, counters: &[LoopCounter]) {
+        for LoopCounter { range, .. } in counters {
             self.exprs([&range.lower, &range.upper]);
         }
     }
@@ -144,7 +150,7 @@ impl Reader<'_> {
     }
 
     /// `[unit(y)]` names an argument of the effect.
-    fn unit(&mut self, unit: Option<&Unit>) {
+    fn unit(&mut self, unit: Option<&WrittenUnit>) {
         let Some(unit) = unit else { return };
         let text = self.sources.text(unit.span);
         for (at, _) in text.match_indices("unit(") {
@@ -247,7 +253,7 @@ impl Reader<'_> {
                 self.function(arguments, lets, body);
             }
             ItemKind::Table { arguments, unit, points, attributes, .. } => {
-                for Argument { name, unit } in arguments {
+                for FormalArgument { name, unit } in arguments {
                     self.unit(unit.as_ref());
                     self.names.add(&name.text, SymbolKind::Argument, name.span);
                 }
@@ -316,8 +322,8 @@ impl Reader<'_> {
         }
     }
 
-    fn axes(&mut self, axes: &[Axis]) {
-        for Axis { range, .. } in axes {
+    fn axes(&mut self, axes: &[ArrayAxis]) {
+        for ArrayAxis { range, .. } in axes {
             self.exprs([&range.lower, &range.upper]);
         }
     }
@@ -326,9 +332,9 @@ impl Reader<'_> {
         self.exprs(all.iter().flat_map(visit::attribute_expressions));
     }
 
-    fn function(&mut self, arguments: &[Argument], lets: &[LocalLet], body: &Expr) {
+    fn function(&mut self, arguments: &[FormalArgument], lets: &[LocalLet], body: &Expr) {
         let open = self.locals.len();
-        for Argument { name, unit } in arguments {
+        for FormalArgument { name, unit } in arguments {
             self.unit(unit.as_ref());
             let symbol = self.names.add(&name.text, SymbolKind::Argument, name.span);
             self.locals.push((name.text.clone(), symbol));
@@ -350,22 +356,22 @@ impl Reader<'_> {
         }
     }
 
-    fn transition(&mut self, block: &Name, transition: &Transition) {
-        let Transition { from, to, conditions, resets, .. } = transition;
+    fn transition(&mut self, block: &Name, transition: &TransitionClause) {
+        let TransitionClause { from, to, conditions, resets, .. } = transition;
         self.mode(block, from);
         self.mode(block, to);
         self.conditions(conditions);
         self.resets(resets);
     }
 
-    fn conditions(&mut self, all: &[Condition]) {
-        for Condition { left, right, .. } in all {
+    fn conditions(&mut self, all: &[CrossingCondition]) {
+        for CrossingCondition { left, right, .. } in all {
             self.exprs([left, right]);
         }
     }
 
-    fn resets(&mut self, resets: &[Reset]) {
-        for Reset { name, indices, value, .. } in resets {
+    fn resets(&mut self, resets: &[ResetClause]) {
+        for ResetClause { name, indices, value, .. } in resets {
             self.name(name);
             self.exprs(indices);
             self.expr(value);
@@ -404,14 +410,14 @@ impl Reader<'_> {
     /// The target of an effect, and its clauses.
     fn effect(&mut self, header: &EffectHeader) {
         match &header.target {
-            Target::Model(model) => {
+            EffectTarget::Model(model) => {
                 let file = self.files.model(&model.text, self.source);
                 let scope = file.and_then(|file| self.names.scopes.get(&file));
                 if let Some(symbol) = scope.and_then(|scope| scope.model) {
                     self.reads(symbol, model.span);
                 }
             }
-            Target::Template(slots) => {
+            EffectTarget::Template(slots) => {
                 for slot in slots {
                     self.unit(slot.unit.as_ref());
                 }
@@ -429,8 +435,8 @@ impl Reader<'_> {
                     if let Some(equation) = equation {
                         self.equation(equation);
                     }
-                    let none = |name: &Name| Argument { name: name.clone(), unit: None };
-                    let arguments: Vec<Argument> = arguments.iter().map(none).collect();
+                    let none = |name: &Name| FormalArgument { name: name.clone(), unit: None };
+                    let arguments: Vec<FormalArgument> = arguments.iter().map(none).collect();
                     self.function(&arguments, &[], by);
                 }
                 ClauseKind::ReplaceOutput { output, by } => {

@@ -2,31 +2,33 @@
 
 use std::collections::BTreeSet;
 
-use super::expansion::{Path, agree};
+use super::expansion::{ChoicePath, agree};
 use super::indices;
 use crate::diagnostics::{Code, Diagnostic, Diagnostics};
-use crate::syntax::ast::{ArrayKind, Axis, Counter, Expr, ExprKind, Item, ItemKind, Name, Unit};
+use crate::syntax::ast::{
+    ArrayAxis, ArrayKind, Expr, ExprKind, Item, ItemKind, LoopCounter, Name, WrittenUnit,
+};
 use crate::syntax::print::print_expression;
 use crate::syntax::visit;
 
 /// An input of a part that can be bound.
 #[derive(Debug, Clone)]
-pub(super) struct Socket {
-    pub(super) unit: Unit,
+pub(super) struct PartInput {
+    pub(super) unit: WrittenUnit,
     /// Ranges of the indices, for an array.
-    pub(super) axes: Vec<Axis>,
+    pub(super) axes: Vec<ArrayAxis>,
 }
 
 /// A binding of a part's input.
-pub(super) struct Bound<'a> {
-    pub(super) path: Path,
+pub(super) struct InputBinding<'a> {
+    pub(super) path: ChoicePath,
     pub(super) input: &'a Name,
-    pub(super) extent: Extent,
+    pub(super) extent: BindingExtent,
 }
 
 /// Extent of the input that a binding covers.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Extent {
+pub(super) enum BindingExtent {
     /// All of it.
     Whole,
     /// The elements of a loop.
@@ -36,31 +38,32 @@ pub(super) enum Extent {
 }
 
 /// A binding in its context.
-pub(super) struct Written<'a> {
+pub(super) struct WrittenBinding<'a> {
     pub(super) item: &'a Item,
     pub(super) input: &'a Name,
     pub(super) indices: &'a [Expr],
     pub(super) value: &'a Expr,
     /// Counters of the enclosing loop.
-    pub(super) counters: &'a [Counter],
+    pub(super) counters: &'a [LoopCounter],
 }
 
-impl Bound<'_> {
+impl InputBinding<'_> {
     /// Whether another binding of the same input can be active together with it.
-    fn meets(&self, other: &Bound<'_>) -> bool {
+    fn meets(&self, other: &InputBinding<'_>) -> bool {
         other.input.text == self.input.text && agree(&other.path, &self.path)
     }
 }
 
 /// Checks that no input of a part is bound twice, except pieces of an array.
-pub(super) fn verify_once(bindings: &[Bound<'_>], diagnostics: &mut Diagnostics) {
+pub(super) fn verify_once(bindings: &[InputBinding<'_>], diagnostics: &mut Diagnostics) {
     for (i, bound) in bindings.iter().enumerate() {
-        let is_whole = |bound: &Bound<'_>| bound.extent == Extent::Whole;
-        let same = |other: &&Bound<'_>| other.meets(bound) && (is_whole(other) || is_whole(bound));
+        let is_whole = |bound: &InputBinding<'_>| bound.extent == BindingExtent::Whole;
+        let same =
+            |other: &&InputBinding<'_>| other.meets(bound) && (is_whole(other) || is_whole(bound));
         if let Some(first) = bindings[..i].iter().find(same) {
             let message = format!("`{}` is bound twice", bound.input.text);
             diagnostics.error(
-                Diagnostic::new(Code::E202, bound.input.span, message)
+                Diagnostic::new(Code::DuplicateName, bound.input.span, message)
                     .label(first.input.span, "first here"),
             );
         }
@@ -68,23 +71,24 @@ pub(super) fn verify_once(bindings: &[Bound<'_>], diagnostics: &mut Diagnostics)
 }
 
 /// Inputs that are bound in pieces: they become unknowns, and each piece an equation.
-pub(super) fn in_pieces(bindings: &[Bound<'_>]) -> BTreeSet<String> {
+pub(super) fn in_pieces(bindings: &[InputBinding<'_>]) -> BTreeSet<String> {
     let several = bindings.iter().enumerate().filter(|(i, bound)| {
-        bound.extent == Extent::Element || bindings[..*i].iter().any(|other| other.meets(bound))
+        bound.extent == BindingExtent::Element
+            || bindings[..*i].iter().any(|other| other.meets(bound))
     });
     several.map(|(_, bound)| bound.input.text.clone()).collect()
 }
 
-impl Written<'_> {
+impl WrittenBinding<'_> {
     /// The item that replaces a binding: an equation if the input is bound in pieces, each of which determines some
     /// elements of an unknown. `taken` are names declared by the whole.
     pub(super) fn item(
         &self,
-        socket: &Socket,
+        socket: &PartInput,
         is_in_pieces: bool,
         taken: &BTreeSet<String>,
     ) -> Result<Item, Diagnostic> {
-        let Written { item, input, indices, value, counters } = *self;
+        let WrittenBinding { item, input, indices, value, counters } = *self;
         let n = socket.axes.len();
         let n_indices = indices.len() + counters.len();
         if n_indices != n && n_indices > 0 {
@@ -102,7 +106,7 @@ impl Written<'_> {
                     format!("write `{}{} = …`", input.text, "[…]".repeat(n)),
                 ),
             };
-            return Err(Diagnostic::new(Code::E232, input.span, message).help(help));
+            return Err(Diagnostic::new(Code::ArrayAsNumber, input.span, message).help(help));
         }
         let is_whole = n_indices == 0 && n > 0;
         let kind = if is_in_pieces && !is_whole {
@@ -135,7 +139,7 @@ impl Written<'_> {
     /// Label of a piece: `cell.q_1`, or `cell.q_2_to_N` for a loop.
     fn label(&self) -> String {
         let elements = self.indices.iter().map(print_expression);
-        let ranges = self.counters.iter().map(|Counter { range, .. }| {
+        let ranges = self.counters.iter().map(|LoopCounter { range, .. }| {
             let [lower, upper] = [&range.lower, &range.upper].map(print_expression);
             format!("{lower}_to_{upper}")
         });
@@ -154,7 +158,7 @@ impl Written<'_> {
 }
 
 /// Gives a plain number the declared unit.
-fn measure(value: &mut Expr, declared: &Unit) {
+fn measure(value: &mut Expr, declared: &WrittenUnit) {
     match &mut value.kind {
         ExprKind::Number { unit, .. } => {
             unit.get_or_insert_with(|| declared.clone());

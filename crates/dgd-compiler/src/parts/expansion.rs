@@ -3,17 +3,17 @@
 use std::borrow::Cow;
 use std::collections::{BTreeMap, BTreeSet};
 
-use super::binding::{self, Bound, Extent, Socket, Written as Binding};
-use super::instance::{Instance, instance};
+use super::binding::{self, BindingExtent, InputBinding, PartInput, WrittenBinding as Binding};
+use super::instance::{PartInstance, instance};
 use super::tied::tie;
 use super::unknown::verify_names;
-use super::visible::{Files, Visible};
-use super::{Expanded, InnerModel};
-use crate::diagnostics::{Code, Diagnostic, Diagnostics, Reported, suggestion};
+use super::visible::{CompilationFiles, VisibleFiles};
+use super::{FlatModel, InnerModel};
+use crate::diagnostics::{Code, Diagnostic, Diagnostics, ErrorReported, suggestion};
 use crate::source::{SourceId, Span};
-use crate::syntax::ast::{Ast, Axis, Counter, Item, ItemKind, Name, PartArgument};
+use crate::syntax::ast::{ArrayAxis, Ast, Item, ItemKind, LoopCounter, Name, PartArgument};
 use crate::syntax::rename::Renaming;
-use crate::syntax::visit::{self, Namespace, Part};
+use crate::syntax::visit::{self, ItemPart, Namespace};
 
 /// Limit on the nesting of parts.
 const DEEPEST: usize = 64;
@@ -39,37 +39,37 @@ pub(super) struct ExpandedModel {
 }
 
 /// The choices of variants that contain an item.
-pub(super) type Path = Vec<(String, usize)>;
+pub(super) type ChoicePath = Vec<(String, usize)>;
 
 /// A part as written.
-pub(super) struct Written<'a> {
-    path: Path,
+pub(super) struct WrittenPart<'a> {
+    path: ChoicePath,
     item: &'a Item,
     pub(super) name: &'a Name,
-    pub(super) axes: &'a [Axis],
+    pub(super) axes: &'a [ArrayAxis],
     pub(super) model: &'a Name,
     pub(super) arguments: &'a [PartArgument],
 }
 
-impl Bound<'_> {
+impl InputBinding<'_> {
     /// Whether it is active whenever the part is.
-    fn is_there_with(&self, part: &Written<'_>) -> bool {
+    fn is_there_with(&self, part: &WrittenPart<'_>) -> bool {
         self.path.iter().all(|choice| part.path.contains(choice))
     }
 }
 
 /// An expanded part, or a failed one.
-struct Placed<'a> {
-    written: Written<'a>,
-    instance: Result<Instance, Reported>,
+struct ExpandedPart<'a> {
+    written: WrittenPart<'a>,
+    instance: Result<PartInstance, ErrorReported>,
 }
 
-pub(super) struct Expansion<'a, 'd> {
+pub(super) struct PartExpansion<'a, 'd> {
     asts: &'a [Ast],
-    files: Files<'a>,
+    files: CompilationFiles<'a>,
     /// Names of libraries that only parts see.
     library_names: BTreeMap<SourceId, String>,
-    done: BTreeMap<SourceId, Result<ExpandedModel, Reported>>,
+    done: BTreeMap<SourceId, Result<ExpandedModel, ErrorReported>>,
     /// The models that are being expanded, outermost first.
     open: Vec<&'a Ast>,
     size: usize,
@@ -80,11 +80,11 @@ pub(super) struct Expansion<'a, 'd> {
     diagnostics: &'d mut Diagnostics,
 }
 
-impl<'a, 'd> Expansion<'a, 'd> {
+impl<'a, 'd> PartExpansion<'a, 'd> {
     pub(super) fn new(asts: &'a [Ast], diagnostics: &'d mut Diagnostics) -> Self {
-        Expansion {
+        PartExpansion {
             asts,
-            files: Files::new(asts),
+            files: CompilationFiles::new(asts),
             library_names: BTreeMap::new(),
             done: BTreeMap::new(),
             open: Vec::new(),
@@ -96,7 +96,7 @@ impl<'a, 'd> Expansion<'a, 'd> {
     }
 
     /// The trees of the model and the libraries, and the parts.
-    pub(super) fn whole(mut self) -> Result<Expanded<'static>, Reported> {
+    pub(super) fn whole(mut self) -> Result<FlatModel<'static>, ErrorReported> {
         let main = &self.asts[0];
         let visible = self.files.visible(main, self.diagnostics);
         let taken = part_names(&main.items);
@@ -120,11 +120,15 @@ impl<'a, 'd> Expansion<'a, 'd> {
         }
         self.diagnostics.check()?;
         let ExpandedModel { parts, lengths, .. } = whole;
-        Ok(Expanded { asts: Cow::Owned(asts), parts, lengths })
+        Ok(FlatModel { asts: Cow::Owned(asts), parts, lengths })
     }
 
     /// A model with its parts expanded.
-    fn model(&mut self, ast: &'a Ast, visible: &Visible<'a>) -> Result<ExpandedModel, Reported> {
+    fn model(
+        &mut self,
+        ast: &'a Ast,
+        visible: &VisibleFiles<'a>,
+    ) -> Result<ExpandedModel, ErrorReported> {
         let outer = std::mem::take(self.diagnostics);
         let whole = self.sound_model(ast, visible);
         let problems = std::mem::replace(self.diagnostics, outer);
@@ -135,7 +139,7 @@ impl<'a, 'd> Expansion<'a, 'd> {
     }
 
     /// A model with its parts expanded, valid only if nothing is reported.
-    fn sound_model(&mut self, ast: &'a Ast, visible: &Visible<'a>) -> ExpandedModel {
+    fn sound_model(&mut self, ast: &'a Ast, visible: &VisibleFiles<'a>) -> ExpandedModel {
         let mut items = ast.items.clone();
         let is_main = self.open.is_empty();
         self.open.push(ast);
@@ -153,11 +157,11 @@ impl<'a, 'd> Expansion<'a, 'd> {
             ..ExpandedModel::default()
         };
         let (mut parts, mut bindings) = (Vec::new(), Vec::new());
-        collect(&items, &mut Path::new(), &mut parts, &mut bindings);
+        collect(&items, &mut ChoicePath::new(), &mut parts, &mut bindings);
         let in_pieces = binding::in_pieces(&bindings);
         let taken = taken_by(&items, visible);
         self.verify_parts(&items, &parts);
-        let placed: Vec<Placed<'_>> = parts
+        let placed: Vec<ExpandedPart<'_>> = parts
             .into_iter()
             .map(|written| {
                 let mut instance = self.part(&written, visible, &taken, &mut whole);
@@ -168,15 +172,16 @@ impl<'a, 'd> Expansion<'a, 'd> {
                         bindings.iter().any(|b| b.input.text == input && b.is_there_with(&written))
                     });
                 }
-                Placed { written, instance }
+                ExpandedPart { written, instance }
             })
             .collect();
         binding::verify_once(&bindings, self.diagnostics);
         (self.in_pieces, self.taken) = (in_pieces, taken);
-        let n_items = |placed: &Placed<'_>| placed.instance.as_ref().map_or(0, |i| i.items.len());
+        let n_items =
+            |placed: &ExpandedPart<'_>| placed.instance.as_ref().map_or(0, |i| i.items.len());
         whole.lengths = placed.iter().map(n_items).collect();
         let mut used = 0;
-        whole.items = self.in_place(&items, &mut Path::new(), &placed, &mut used);
+        whole.items = self.in_place(&items, &mut ChoicePath::new(), &placed, &mut used);
         visit::items(&whole.items, &mut |item| whole.size += EVERY_ITEM + length(item.span));
         if !is_main && self.diagnostics.check().is_ok() {
             verify_names(&mut whole.items, ast, visible, &self.library_names, self.diagnostics);
@@ -188,12 +193,12 @@ impl<'a, 'd> Expansion<'a, 'd> {
     /// One part, with the names of the enclosing model.
     fn part(
         &mut self,
-        written: &Written<'_>,
-        visible: &Visible<'a>,
+        written: &WrittenPart<'_>,
+        visible: &VisibleFiles<'a>,
         taken: &BTreeSet<String>,
         whole: &mut ExpandedModel,
-    ) -> Result<Instance, Reported> {
-        let Written { item, name, model, .. } = written;
+    ) -> Result<PartInstance, ErrorReported> {
+        let WrittenPart { item, name, model, .. } = written;
         let Some(ast) = visible.models.get(model.text.as_str()).copied() else {
             let message = format!("there is no model `{}`", model.text);
             let help = match suggestion(&model.text, visible.models.keys().copied()) {
@@ -202,7 +207,7 @@ impl<'a, 'd> Expansion<'a, 'd> {
             };
             return Err(self
                 .diagnostics
-                .error(Diagnostic::new(Code::E201, model.span, message).help(help)));
+                .error(Diagnostic::new(Code::UnknownName, model.span, message).help(help)));
         };
         self.verify_nesting(ast, model)?;
         if !self.done.contains_key(&ast.source) {
@@ -214,7 +219,11 @@ impl<'a, 'd> Expansion<'a, 'd> {
         self.size += inner.size;
         if self.size > LARGEST {
             let message = "the parts of this model come to more text than can be compiled";
-            return Err(self.diagnostics.error(Diagnostic::new(Code::E211, model.span, message)));
+            return Err(self.diagnostics.error(Diagnostic::new(
+                Code::ModelTooLarge,
+                model.span,
+                message,
+            )));
         }
         whole.libraries.extend(&inner.libraries);
         whole.parts.push(InnerModel {
@@ -231,24 +240,32 @@ impl<'a, 'd> Expansion<'a, 'd> {
     }
 
     /// Checks that no model contains itself, and that the nesting of parts is limited.
-    fn verify_nesting(&mut self, ast: &'a Ast, model: &Name) -> Result<(), Reported> {
+    fn verify_nesting(&mut self, ast: &'a Ast, model: &Name) -> Result<(), ErrorReported> {
         if let Some(first) = self.open.iter().position(|open| open.source == ast.source) {
             let chain = self.open[first..].iter().chain([&ast]);
             let names = chain.filter_map(|ast| ast.model.as_ref());
             let names: Vec<String> =
                 names.map(|header| format!("`{}`", header.name.text)).collect();
             let message = format!("`{}` contains itself: {}", model.text, names.join(" → "));
-            return Err(self.diagnostics.error(Diagnostic::new(Code::E221, model.span, message)));
+            return Err(self.diagnostics.error(Diagnostic::new(
+                Code::RecursiveModel,
+                model.span,
+                message,
+            )));
         }
         if self.open.len() > DEEPEST {
             let message = format!("parts are nested more than {DEEPEST} deep");
-            return Err(self.diagnostics.error(Diagnostic::new(Code::E211, model.span, message)));
+            return Err(self.diagnostics.error(Diagnostic::new(
+                Code::ModelTooLarge,
+                model.span,
+                message,
+            )));
         }
         Ok(())
     }
 
     /// The declarations of the libraries that a file sees, with their names in the whole.
-    fn foreign_names(&self, visible: &Visible<'_>) -> Renaming {
+    fn foreign_names(&self, visible: &VisibleFiles<'_>) -> Renaming {
         let mut names = Renaming::default();
         for library in &visible.libraries {
             self.library_names_of(library, &mut names);
@@ -267,18 +284,19 @@ impl<'a, 'd> Expansion<'a, 'd> {
     }
 
     /// Checks that parts have names of their own.
-    fn verify_parts(&mut self, items: &[Item], parts: &[Written<'_>]) {
+    fn verify_parts(&mut self, items: &[Item], parts: &[WrittenPart<'_>]) {
         let values = values(items);
         for (i, part) in parts.iter().enumerate() {
             let name = part.name;
-            let same = |other: &&Written<'_>| {
+            let same = |other: &&WrittenPart<'_>| {
                 other.name.text == name.text && agree(&other.path, &part.path)
             };
             let first = parts[..i].iter().find(same).map(|first| first.name.span);
             if let Some(first) = first.or_else(|| values.get(name.text.as_str()).copied()) {
                 let message = format!("`{}` is declared twice", name.text);
                 self.diagnostics.error(
-                    Diagnostic::new(Code::E202, name.span, message).label(first, "also here"),
+                    Diagnostic::new(Code::DuplicateName, name.span, message)
+                        .label(first, "also here"),
                 );
             }
         }
@@ -288,8 +306,8 @@ impl<'a, 'd> Expansion<'a, 'd> {
     fn in_place(
         &mut self,
         items: &[Item],
-        path: &mut Path,
-        placed: &[Placed<'_>],
+        path: &mut ChoicePath,
+        placed: &[ExpandedPart<'_>],
         used: &mut usize,
     ) -> Vec<Item> {
         let mut replaced = Vec::with_capacity(items.len());
@@ -302,7 +320,7 @@ impl<'a, 'd> Expansion<'a, 'd> {
                     *used += 1;
                 }
                 ItemKind::Binding { input, indices, value } => {
-                    let counters: &[Counter] = &[];
+                    let counters: &[LoopCounter] = &[];
                     let written = Binding { item, input, indices, value, counters };
                     replaced.extend(self.bound(&written, path, placed));
                 }
@@ -335,7 +353,12 @@ impl<'a, 'd> Expansion<'a, 'd> {
     }
 
     /// The item that replaces a binding, if that is valid.
-    fn bound(&mut self, written: &Binding<'_>, path: &Path, placed: &[Placed<'_>]) -> Option<Item> {
+    fn bound(
+        &mut self,
+        written: &Binding<'_>,
+        path: &ChoicePath,
+        placed: &[ExpandedPart<'_>],
+    ) -> Option<Item> {
         let input = written.input;
         let socket = self.socket(input, path, placed).ok()?;
         match written.item(&socket, self.in_pieces.contains(&input.text), &self.taken) {
@@ -351,20 +374,20 @@ impl<'a, 'd> Expansion<'a, 'd> {
     fn socket(
         &mut self,
         input: &Name,
-        path: &Path,
-        placed: &[Placed<'_>],
-    ) -> Result<Socket, Reported> {
+        path: &ChoicePath,
+        placed: &[ExpandedPart<'_>],
+    ) -> Result<PartInput, ErrorReported> {
         let (part, _) = input.text.split_once('.').unwrap_or((&input.text, ""));
         let mut candidates = placed.iter().filter(|p| p.written.name.text == part);
         let found_part = candidates.find(|p| agree(&p.written.path, path));
-        let Some(Placed { written, instance }) = found_part else {
+        let Some(ExpandedPart { written, instance }) = found_part else {
             let message = format!("there is no part `{part}`");
             let known = placed.iter().map(|p| p.written.name.text.as_str());
             let help = match suggestion(part, known) {
                 Some(near) => format!("did you mean `{near}`?"),
                 None => "only inputs of parts are bound; `let` gives a value a name".to_owned(),
             };
-            let diagnostic = Diagnostic::new(Code::E201, input.span, message).help(help);
+            let diagnostic = Diagnostic::new(Code::UnknownName, input.span, message).help(help);
             return Err(self.diagnostics.error(diagnostic));
         };
         let instance = instance.as_ref().map_err(|reported| *reported)?;
@@ -373,9 +396,9 @@ impl<'a, 'd> Expansion<'a, 'd> {
         }
         let is_declared = instance.values.contains(&input.text);
         let (code, message) = if is_declared {
-            (Code::E205, format!("`{}` is no input of part `{part}`", input.text))
+            (Code::MisusedName, format!("`{}` is no input of part `{part}`", input.text))
         } else {
-            (Code::E201, format!("part `{part}` has no input `{}`", input.text))
+            (Code::UnknownName, format!("part `{part}` has no input `{}`", input.text))
         };
         let near = suggestion(&input.text, instance.inputs.keys().map(String::as_str));
         let inputs: Vec<&str> = instance.inputs.keys().map(String::as_str).collect();
@@ -395,24 +418,29 @@ impl<'a, 'd> Expansion<'a, 'd> {
 /// The parts and the bindings among items, in the order written.
 fn collect<'i>(
     items: &'i [Item],
-    path: &mut Path,
-    parts: &mut Vec<Written<'i>>,
-    bindings: &mut Vec<Bound<'i>>,
+    path: &mut ChoicePath,
+    parts: &mut Vec<WrittenPart<'i>>,
+    bindings: &mut Vec<InputBinding<'i>>,
 ) {
     for item in items {
         match &item.kind {
             ItemKind::Part { name, axes, model, arguments } => {
                 let path = path.clone();
-                parts.push(Written { path, item, name, axes, model, arguments });
+                parts.push(WrittenPart { path, item, name, axes, model, arguments });
             }
             ItemKind::Binding { input, indices, .. } => {
-                let extent = if indices.is_empty() { Extent::Whole } else { Extent::Element };
-                bindings.push(Bound { path: path.clone(), input, extent });
+                let extent =
+                    if indices.is_empty() { BindingExtent::Whole } else { BindingExtent::Element };
+                bindings.push(InputBinding { path: path.clone(), input, extent });
             }
             ItemKind::For { items, .. } => {
                 for item in items {
                     if let ItemKind::Binding { input, .. } = &item.kind {
-                        bindings.push(Bound { path: path.clone(), input, extent: Extent::Loop });
+                        bindings.push(InputBinding {
+                            path: path.clone(),
+                            input,
+                            extent: BindingExtent::Loop,
+                        });
                     }
                 }
             }
@@ -429,7 +457,7 @@ fn collect<'i>(
 }
 
 /// Whether two items can be active together.
-pub(super) fn agree(a: &Path, b: &Path) -> bool {
+pub(super) fn agree(a: &ChoicePath, b: &ChoicePath) -> bool {
     let apart = |(variant, choice): &(String, usize)| {
         b.iter().any(|(other, chosen)| other == variant && chosen != choice)
     };
@@ -441,7 +469,7 @@ pub(super) fn declared(items: &mut [Item]) -> Vec<(Namespace, String)> {
     let mut names = Vec::new();
     for item in items {
         visit::parts_mut(item, &mut |part| {
-            if let Part::Declares(namespace, name) = part {
+            if let ItemPart::Declares(namespace, name) = part {
                 names.push((namespace, name.text.clone()));
             }
         });
@@ -461,7 +489,7 @@ fn values(items: &[Item]) -> BTreeMap<String, Span> {
 }
 
 /// Names declared by a model and the libraries that it sees; no index may have one.
-fn taken_by(items: &[Item], visible: &Visible<'_>) -> BTreeSet<String> {
+fn taken_by(items: &[Item], visible: &VisibleFiles<'_>) -> BTreeSet<String> {
     let libraries = visible.libraries.iter().map(|library| library.items.as_slice());
     libraries.chain([items]).flat_map(|items| values(items).into_keys()).collect()
 }

@@ -2,34 +2,34 @@
 
 use std::collections::BTreeSet;
 
-use super::Expanded;
+use super::FlatModel;
 use crate::syntax::ast::{Ast, Expr, ExprKind, Item, ItemKind};
 
 /// The items of a model in source form, with the changes of `after`, which is derived from the items of `expanded`. A
 /// changed part stays expanded.
 ///
 /// `None` if libraries that only parts see would have to be written out.
-pub(crate) fn fold(written: &[Ast], expanded: &Expanded<'_>, after: &[Item]) -> Option<Vec<Item>> {
+pub(crate) fn fold(written: &[Ast], expanded: &FlatModel<'_>, after: &[Item]) -> Option<Vec<Item>> {
     let before = &expanded.asts[0].items;
     let mut changed = BTreeSet::new();
-    let mut folding = Folding { lengths: expanded.lengths.iter(), changed: &BTreeSet::new() };
+    let mut folding = PartFolding { lengths: expanded.lengths.iter(), changed: &BTreeSet::new() };
     folding.changes(&written[0].items, before, after, &mut changed);
     let is_own = |library: &Ast| written.iter().any(|ast| ast == library);
     if !changed.is_empty() && !expanded.asts[1..].iter().all(is_own) {
         return None;
     }
-    let mut folding = Folding { lengths: expanded.lengths.iter(), changed: &changed };
+    let mut folding = PartFolding { lengths: expanded.lengths.iter(), changed: &changed };
     Some(folding.fold(&written[0].items, after))
 }
 
-struct Folding<'a> {
+struct PartFolding<'a> {
     /// Number of items of each part, in the order written.
     lengths: std::slice::Iter<'a, usize>,
     /// Parts that are not folded.
     changed: &'a BTreeSet<String>,
 }
 
-impl Folding<'_> {
+impl PartFolding<'_> {
     /// Finds the parts whose items have changed.
     fn changes(
         &mut self,

@@ -3,12 +3,16 @@
 use std::collections::BTreeSet;
 
 use crate::source::Span;
-use crate::syntax::ast::{Axis, Counter, Expr, ExprKind, Item, ItemKind, Name, Reduction};
+use crate::syntax::ast::{ArrayAxis, Expr, ExprKind, Item, ItemKind, LoopCounter, Name, Reduction};
 use crate::syntax::visit;
 
 /// A counter for each axis.
-pub(super) fn counters(axes: &[Axis], span: Span, mut taken: BTreeSet<String>) -> Vec<Counter> {
-    let one = |axis: &Axis| {
+pub(super) fn counters(
+    axes: &[ArrayAxis],
+    span: Span,
+    mut taken: BTreeSet<String>,
+) -> Vec<LoopCounter> {
+    let one = |axis: &ArrayAxis| {
         let counter = counter(axis, span, &taken);
         taken.insert(counter.index.text.clone());
         counter
@@ -17,13 +21,13 @@ pub(super) fn counters(axes: &[Axis], span: Span, mut taken: BTreeSet<String>) -
 }
 
 /// A counter for an axis, with the axis's name if that is free.
-fn counter(axis: &Axis, span: Span, taken: &BTreeSet<String>) -> Counter {
+fn counter(axis: &ArrayAxis, span: Span, taken: &BTreeSet<String>) -> LoopCounter {
     let numbered = (1..).map(|k| format!("i_{k}"));
     let wanted = axis.index.iter().map(|index| index.text.clone());
     let mut names = wanted.chain(["i", "j", "k"].map(str::to_owned)).chain(numbered);
     let text = names.find(|name| !taken.contains(name)).unwrap_or_default();
     let span = axis.index.as_ref().map_or(span, |index| index.span);
-    Counter { index: Name { text, span }, range: axis.range.clone() }
+    LoopCounter { index: Name { text, span }, range: axis.range.clone() }
 }
 
 /// Renames the indices of a part's model that clash with names of the whole.
@@ -48,7 +52,7 @@ pub(super) fn free_indices(items: &mut [Item], taken: &BTreeSet<String>) {
                 let old = free(&mut counter.index);
                 for item in &mut *items {
                     visit::parts_mut(item, &mut |part| {
-                        if let visit::Part::Expr(_, expr) = part {
+                        if let visit::ItemPart::Expr(_, expr) = part {
                             rename_index(expr, &old, &counter.index.text);
                         }
                     });
@@ -68,7 +72,7 @@ pub(super) fn free_indices(items: &mut [Item], taken: &BTreeSet<String>) {
     });
     for item in items {
         visit::parts_mut(item, &mut |part| {
-            if let visit::Part::Expr(_, expr) = part {
+            if let visit::ItemPart::Expr(_, expr) = part {
                 free_sums(expr, &mut free);
             }
         });
@@ -103,7 +107,7 @@ pub(super) fn indices_in(items: &mut [Item]) -> BTreeSet<String> {
     });
     for item in items {
         visit::parts_mut(item, &mut |part| {
-            if let visit::Part::Expr(_, expr) = part {
+            if let visit::ItemPart::Expr(_, expr) = part {
                 indices_of_sums(expr, &mut names);
             }
         });

@@ -2,24 +2,24 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use super::binding::Socket;
-use super::expansion::{ExpandedModel, Written, declared};
+use super::binding::PartInput;
+use super::expansion::{ExpandedModel, WrittenPart, declared};
 use super::indices::free_indices;
-use super::several::Several;
-use crate::diagnostics::{Code, Diagnostic, Diagnostics, Reported, suggestion};
+use super::several::PartIndices;
+use crate::diagnostics::{Code, Diagnostic, Diagnostics, ErrorReported, suggestion};
 use crate::syntax::ast::{
-    ArrayKind, Choice, Expr, ExprKind, Item, ItemKind, Name, PartArgument, Unit,
+    ArrayKind, Expr, ExprKind, Item, ItemKind, Name, PartArgument, VariantChoice, WrittenUnit,
 };
 use crate::syntax::rename::Renaming;
 use crate::syntax::visit::{self, Namespace};
 
 /// A part's items, with the names of the enclosing model.
 #[derive(Debug, Clone)]
-pub(super) struct Instance {
+pub(super) struct PartInstance {
     /// All items; bound inputs are removed once the bindings are known.
     pub(super) items: Vec<Item>,
     /// Its inputs, by name.
-    pub(super) inputs: BTreeMap<String, Socket>,
+    pub(super) inputs: BTreeMap<String, PartInput>,
     /// All its names that can be read.
     pub(super) values: BTreeSet<String>,
 }
@@ -27,13 +27,13 @@ pub(super) struct Instance {
 /// Makes a part of a model, or with `axes` one for each index. Adds the constants and parameters that arguments set to
 /// `set`; `taken` are the names declared by the whole.
 pub(super) fn instance(
-    written: &Written<'_>,
+    written: &WrittenPart<'_>,
     inner: ExpandedModel,
     taken: &BTreeSet<String>,
     set: &mut BTreeSet<String>,
     diagnostics: &mut Diagnostics,
-) -> Result<Instance, Reported> {
-    let Written { name: part, axes, model, arguments, .. } = *written;
+) -> Result<PartInstance, ErrorReported> {
+    let WrittenPart { name: part, axes, model, arguments, .. } = *written;
     let ExpandedModel { mut items, set: inner_set, .. } = inner;
     free_indices(&mut items, taken);
     let mut names = Renaming::default();
@@ -54,7 +54,7 @@ pub(super) fn instance(
         }
     }
     outputs_as_values(&mut items, &values);
-    let several = Several::new(part, axes, &mut items, taken);
+    let several = PartIndices::new(part, axes, &mut items, taken);
     let mut differing = BTreeSet::new();
     let mut problems = Diagnostics::default();
     for (i, argument) in arguments.iter().enumerate() {
@@ -62,7 +62,7 @@ pub(super) fn instance(
         if let Some(first) = arguments[..i].iter().find(same) {
             let message = format!("`{}` is given twice", argument.name.text);
             problems.error(
-                Diagnostic::new(Code::E202, argument.name.span, message)
+                Diagnostic::new(Code::DuplicateName, argument.name.span, message)
                     .label(first.name.span, "first here"),
             );
         }
@@ -70,7 +70,8 @@ pub(super) fn instance(
         if inputs.contains_key(&name) {
             let message = format!("`{}` is an input of `{}`", argument.name.text, model.text);
             let help = format!("bind it in a line of its own: `{name} = …`");
-            problems.error(Diagnostic::new(Code::E205, argument.name.span, message).help(help));
+            problems
+                .error(Diagnostic::new(Code::MisusedName, argument.name.span, message).help(help));
         } else {
             let written = several.argument(argument);
             match give(&mut items, &name, &written, model, set) {
@@ -100,11 +101,11 @@ pub(super) fn instance(
         diagnostics.error(diagnostic.clone());
     }
     problems.check()?;
-    Ok(Instance { items, inputs, values })
+    Ok(PartInstance { items, inputs, values })
 }
 
 /// The units of a part's inputs, without those of nested parts.
-fn inputs_of(part: &Name, items: &[Item]) -> BTreeMap<String, Socket> {
+fn inputs_of(part: &Name, items: &[Item]) -> BTreeMap<String, PartInput> {
     let mut inputs = BTreeMap::new();
     visit::items(items, &mut |item| {
         let (name, unit, axes) = match &item.kind {
@@ -116,7 +117,7 @@ fn inputs_of(part: &Name, items: &[Item]) -> BTreeMap<String, Socket> {
         };
         if !name.text[part.text.len() + 1..].contains('.') {
             let unit = unit.clone().unwrap_or_else(|| plain(name));
-            inputs.entry(name.text.clone()).or_insert(Socket { unit, axes });
+            inputs.entry(name.text.clone()).or_insert(PartInput { unit, axes });
         }
     });
     inputs
@@ -131,7 +132,7 @@ fn is_array(items: &[Item], name: &str) -> bool {
     any
 }
 
-impl Instance {
+impl PartInstance {
     /// Removes bound inputs from the items.
     pub(super) fn remove_inputs(&mut self, is_bound: &dyn Fn(&str) -> bool) {
         without_inputs(&mut self.items, is_bound);
@@ -173,8 +174,8 @@ fn outputs_as_values(items: &mut Vec<Item>, values: &BTreeSet<String>) {
 }
 
 /// The unit of a dimensionless name.
-pub(super) fn plain(name: &Name) -> Unit {
-    Unit::new(name.span, "1")
+pub(super) fn plain(name: &Name) -> WrittenUnit {
+    WrittenUnit::new(name.span, "1")
 }
 
 /// Sets the value, start value or choice of a name.
@@ -239,7 +240,7 @@ fn give(
     if let Some(place) = other {
         let message = format!("`{}` cannot be given a value", argument_name.text);
         return Err(Box::new(
-            Diagnostic::new(Code::E205, argument_name.span, message)
+            Diagnostic::new(Code::MisusedName, argument_name.span, message)
                 .label(place, "it is worked out here")
                 .help("a constant, a parameter, the start value of a state or a variant can"),
         ));
@@ -248,11 +249,15 @@ fn give(
     let prefix = name.len() - argument_name.text.len();
     let known = settable.iter().map(|name| &name[prefix..]);
     let near = suggestion(&argument_name.text, known).map(|near| format!("did you mean `{near}`?"));
-    Err(Box::new(Diagnostic::new(Code::E201, argument_name.span, message).maybe_help(near)))
+    Err(Box::new(Diagnostic::new(Code::UnknownName, argument_name.span, message).maybe_help(near)))
 }
 
 /// Makes a choice the first, and so the default.
-fn choose(choices: &mut [Choice], variant: &str, wanted: &Expr) -> Result<(), Box<Diagnostic>> {
+fn choose(
+    choices: &mut [VariantChoice],
+    variant: &str,
+    wanted: &Expr,
+) -> Result<(), Box<Diagnostic>> {
     let name = match &wanted.kind {
         ExprKind::Name(name) => name.as_str(),
         _ => "",
@@ -267,5 +272,5 @@ fn choose(choices: &mut [Choice], variant: &str, wanted: &Expr) -> Result<(), Bo
         Some(near) => format!("did you mean `{near}`?"),
         None => format!("there is `{}`", known.join("`, `")),
     };
-    Err(Box::new(Diagnostic::new(Code::E207, wanted.span, message).help(help)))
+    Err(Box::new(Diagnostic::new(Code::UnknownVariant, wanted.span, message).help(help)))
 }

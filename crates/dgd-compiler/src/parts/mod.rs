@@ -34,18 +34,18 @@ mod tests;
 
 use std::borrow::Cow;
 
-use crate::diagnostics::{Diagnostics, Reported};
+use crate::diagnostics::{Diagnostics, ErrorReported};
 use crate::source::Span;
 use crate::syntax::ast::{Ast, ItemKind};
 use crate::syntax::visit;
-use expansion::Expansion;
+use expansion::PartExpansion;
 
 pub(crate) use fold::fold;
 pub(crate) use unbound::{has_unbound, leave_out_unbound, leave_out_unread_inputs};
 
 /// A model without parts.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Expanded<'a> {
+pub struct FlatModel<'a> {
     /// The model's tree, in which parts are replaced by their items, then those of its libraries and of its parts'
     /// libraries.
     pub asts: Cow<'a, [Ast]>,
@@ -73,7 +73,7 @@ pub struct InnerModel {
 ///
 /// # Errors
 ///
-/// [`Reported`] if a part has no model or gets an argument that its model does not have.
+/// [`ErrorReported`] if a part has no model or gets an argument that its model does not have.
 ///
 /// # Panics
 ///
@@ -81,13 +81,13 @@ pub struct InnerModel {
 pub fn expand<'a>(
     asts: &'a [Ast],
     diagnostics: &mut Diagnostics,
-) -> Result<Expanded<'a>, Reported> {
+) -> Result<FlatModel<'a>, ErrorReported> {
     if asts[1..].iter().all(|ast| ast.model.is_none()) && !has_parts(&asts[0]) {
         let (parts, lengths) = (Vec::new(), Vec::new());
-        return Ok(Expanded { asts: Cow::Borrowed(asts), parts, lengths });
+        return Ok(FlatModel { asts: Cow::Borrowed(asts), parts, lengths });
     }
     let mut own = Diagnostics::default();
-    let expanded = Expansion::new(asts, &mut own).whole();
+    let expanded = PartExpansion::new(asts, &mut own).whole();
     for diagnostic in own.sorted() {
         diagnostics.error(diagnostic.clone());
     }

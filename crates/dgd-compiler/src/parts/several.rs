@@ -12,29 +12,29 @@ use super::tied::names_in;
 use crate::diagnostics::{Code, Diagnostic};
 use crate::source::Span;
 use crate::syntax::ast::{
-    ArrayKind, Attribute, Axis, Choice, Counter, Expr, ExprKind, Item, ItemKind, Name,
-    PartArgument, Reaction, Reset, StartRule,
+    ArrayAxis, ArrayKind, Attribute, Expr, ExprKind, Item, ItemKind, LoopCounter, Name,
+    PartArgument, Reaction, ResetClause, StartRule, VariantChoice,
 };
 use crate::syntax::visit;
 
 /// Names and ranges of the indices of a part.
 #[derive(Debug, Clone)]
-pub(super) struct Several {
-    counters: Vec<Counter>,
+pub(super) struct PartIndices {
+    counters: Vec<LoopCounter>,
     /// Names of the indices in arguments, if they have any.
     written: Vec<Option<String>>,
 }
 
-impl Several {
+impl PartIndices {
     /// The indices of a part with these items in its model, with names that are not `taken`.
     pub(super) fn new(
         part: &Name,
-        axes: &[Axis],
+        axes: &[ArrayAxis],
         items: &mut [Item],
         taken: &BTreeSet<String>,
-    ) -> Several {
+    ) -> PartIndices {
         if axes.is_empty() {
-            return Several { counters: Vec::new(), written: Vec::new() };
+            return PartIndices { counters: Vec::new(), written: Vec::new() };
         }
         let mut taken = taken.clone();
         // A name that clashes with one of the whole is an error, as in a loop.
@@ -44,7 +44,7 @@ impl Several {
         taken.extend(indices_in(items));
         let counters = counters(axes, part.span, taken);
         let written = axes.iter().map(|axis| axis.index.as_ref().map(|name| name.text.clone()));
-        Several { counters, written: written.collect() }
+        PartIndices { counters, written: written.collect() }
     }
 
     pub(super) fn is_one(&self) -> bool {
@@ -82,7 +82,8 @@ impl Several {
         given: BTreeSet<String>,
     ) -> Result<Vec<Item>, Vec<Diagnostic>> {
         let each = what_differs(&items, given);
-        let mut spreading = Spreading { several: self, part, each: &each, mistakes: Vec::new() };
+        let mut spreading =
+            IndexSpreading { several: self, part, each: &each, mistakes: Vec::new() };
         let items = spreading.items(items);
         if spreading.mistakes.is_empty() { Ok(items) } else { Err(spreading.mistakes) }
     }
@@ -127,14 +128,14 @@ fn what_differs(items: &[Item], given: BTreeSet<String>) -> BTreeSet<String> {
     }
 }
 
-struct Spreading<'a> {
-    several: &'a Several,
+struct IndexSpreading<'a> {
+    several: &'a PartIndices,
     part: &'a Name,
     each: &'a BTreeSet<String>,
     mistakes: Vec<Diagnostic>,
 }
 
-impl Spreading<'_> {
+impl IndexSpreading<'_> {
     fn items(&mut self, items: Vec<Item>) -> Vec<Item> {
         items.into_iter().flat_map(|item| self.item(item)).collect()
     }
@@ -212,7 +213,7 @@ impl Spreading<'_> {
                         name.text, self.part.text
                     );
                     self.mistakes.push(
-                        Diagnostic::new(Code::E233, *span, message)
+                        Diagnostic::new(Code::ValueCount, *span, message)
                             .help("read an array with an index for each: `T_0[i][j]`"),
                     );
                 }
@@ -228,7 +229,7 @@ impl Spreading<'_> {
             ItemKind::Variant { name, choices } => {
                 let choices = choices
                     .into_iter()
-                    .map(|choice| Choice { items: self.items(choice.items), ..choice });
+                    .map(|choice| VariantChoice { items: self.items(choice.items), ..choice });
                 let choices = choices.collect();
                 with(ItemKind::Variant { name, choices })
             }
@@ -260,9 +261,13 @@ impl Spreading<'_> {
     }
 
     /// The part's indices in front of these, named if a value reads them.
-    fn axes<'e>(&self, own: &[Axis], values: impl IntoIterator<Item = &'e Expr>) -> Vec<Axis> {
+    fn axes<'e>(
+        &self,
+        own: &[ArrayAxis],
+        values: impl IntoIterator<Item = &'e Expr>,
+    ) -> Vec<ArrayAxis> {
         let is_read = values.into_iter().any(|value| self.several.reads_index(value));
-        let outer = self.several.counters.iter().map(|Counter { index, range }| Axis {
+        let outer = self.several.counters.iter().map(|LoopCounter { index, range }| ArrayAxis {
             index: is_read.then(|| index.clone()),
             range: range.clone(),
         });
@@ -284,13 +289,13 @@ impl Spreading<'_> {
     /// An item of a loop, with indices added to its names.
     fn indexed(&self, mut item: Item) -> Item {
         visit::parts_mut(&mut item, &mut |part| {
-            if let visit::Part::Expr(_, expr) = part {
+            if let visit::ItemPart::Expr(_, expr) = part {
                 self.index_names(expr);
             }
         });
         match &mut item.kind {
             ItemKind::When(Reaction { resets, .. }) | ItemKind::Every { resets, .. } => {
-                for Reset { name, indices, .. } in resets {
+                for ResetClause { name, indices, .. } in resets {
                     self.index_name(name, indices);
                 }
             }
@@ -313,7 +318,7 @@ impl Spreading<'_> {
         counters.map(move |c| Expr { span, kind: ExprKind::Name(c.index.text.clone()) })
     }
 
-    fn in_loop(&self, inner: &[Counter], items: Vec<Item>, span: Span) -> Item {
+    fn in_loop(&self, inner: &[LoopCounter], items: Vec<Item>, span: Span) -> Item {
         let counters = self.several.counters.iter().chain(inner).cloned().collect();
         Item { span, doc: Vec::new(), kind: ItemKind::For { counters, items } }
     }
@@ -358,7 +363,7 @@ impl Spreading<'_> {
             let message =
                 format!("{what} `{name_text}` reads `{differs}`, which differs among `{part}`");
             self.mistakes.push(
-                Diagnostic::new(Code::E232, self.part.span, message)
+                Diagnostic::new(Code::ArrayAsNumber, self.part.span, message)
                     .label(name.span, "one for all of them")
                     .help("a function gets as an argument what differs from one to the next"),
             );
@@ -370,7 +375,9 @@ impl Spreading<'_> {
         let message = format!("there cannot be several of part `{part}`, whose model has {what}");
         let help = format!("write a part for each: `part {part}_1: …`");
         self.mistakes.push(
-            Diagnostic::new(Code::E131, self.part.span, message).label(place, "here").help(help),
+            Diagnostic::new(Code::ItemInLoop, self.part.span, message)
+                .label(place, "here")
+                .help(help),
         );
         Vec::new()
     }

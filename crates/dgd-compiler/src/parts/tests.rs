@@ -2,15 +2,15 @@
 
 use super::*;
 use crate::syntax::print::print;
-use crate::tank::{Run, TANK};
+use crate::tank::{TANK, TankCompilation};
 
 /// Loads files; the first can import the others.
 fn loaded(files: &[(&str, &str)]) -> Vec<Ast> {
-    Run::new(files).asts
+    TankCompilation::new(files).asts
 }
 
 /// The model with the items of its parts in place.
-fn expanded(asts: &[Ast]) -> Expanded<'_> {
+fn expanded(asts: &[Ast]) -> FlatModel<'_> {
     expand(asts, &mut Diagnostics::default()).expect("parts that fit")
 }
 

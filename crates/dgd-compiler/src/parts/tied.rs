@@ -12,13 +12,13 @@ use crate::syntax::ast::{Expr, ExprKind, Item, ItemKind, Name};
 use crate::syntax::visit;
 
 /// A name with a value in the text, and the names that this value reads.
-struct Value {
-    kind: Kind,
+struct TiedValue {
+    kind: TiedKind,
     reads: BTreeSet<String>,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Kind {
+enum TiedKind {
     Constant,
     Parameter,
     /// A `let`, a function or a table.
@@ -30,25 +30,27 @@ pub(super) fn tie(whole: &mut ExpandedModel) {
     if whole.set.is_empty() {
         return;
     }
-    let mut values: BTreeMap<String, Value> = BTreeMap::new();
+    let mut values: BTreeMap<String, TiedValue> = BTreeMap::new();
     let mut varying: Vec<String> = vec!["time".to_owned()];
     visit::items(&whole.items, &mut |item| {
         let (name, kind, values_read, hidden) = match &item.kind {
             ItemKind::Constant { name, value, .. } | ItemKind::Size { name, value } => {
-                (name, Kind::Constant, vec![value], Vec::new())
+                (name, TiedKind::Constant, vec![value], Vec::new())
             }
             ItemKind::Parameter { name, value, .. } => {
                 varying.push(name.text.clone());
-                (name, Kind::Parameter, vec![value], Vec::new())
+                (name, TiedKind::Parameter, vec![value], Vec::new())
             }
-            ItemKind::Let { name, value, .. } => (name, Kind::Definition, vec![value], Vec::new()),
+            ItemKind::Let { name, value, .. } => {
+                (name, TiedKind::Definition, vec![value], Vec::new())
+            }
             ItemKind::Function { name, arguments, lets, body } => {
                 let of_lets = lets.iter().map(|local| &local.value);
                 let expressions = of_lets.chain([body]).collect();
-                (name, Kind::Definition, expressions, visit::locals(arguments, lets))
+                (name, TiedKind::Definition, expressions, visit::locals(arguments, lets))
             }
             ItemKind::Table { name, points, .. } => {
-                (name, Kind::Definition, points.expressions(), Vec::new())
+                (name, TiedKind::Definition, points.expressions(), Vec::new())
             }
             ItemKind::Input { name, .. }
             | ItemKind::Unknown { name, .. }
@@ -79,27 +81,27 @@ pub(super) fn tie(whole: &mut ExpandedModel) {
         }
         // All declarations in a variant's choices count.
         let entry = values.entry(name.text.clone());
-        entry.or_insert(Value { kind, reads: BTreeSet::new() }).reads.extend(reads);
+        entry.or_insert(TiedValue { kind, reads: BTreeSet::new() }).reads.extend(reads);
     });
 
-    let varying = reached(&values, varying, |_, value| value.kind == Kind::Definition);
+    let varying = reached(&values, varying, |_, value| value.kind == TiedKind::Definition);
     let is_tied = |name: &String| {
         values.get(name).is_some_and(|value| value.reads.iter().any(|n| varying.contains(n)))
     };
     let first: Vec<String> = whole.set.iter().filter(|name| is_tied(name)).cloned().collect();
     let tied = reached(&values, first, |name, value| match value.kind {
-        Kind::Definition => true,
-        Kind::Constant => name.contains('.'),
-        Kind::Parameter => whole.set.contains(name),
+        TiedKind::Definition => true,
+        TiedKind::Constant => name.contains('.'),
+        TiedKind::Parameter => whole.set.contains(name),
     });
     visit::items_mut(&mut whole.items, &mut |item| make_let(item, &tied));
 }
 
 /// All values that read one of these names, directly or through values accepted by `passes`.
 fn reached(
-    values: &BTreeMap<String, Value>,
+    values: &BTreeMap<String, TiedValue>,
     mut pending: Vec<String>,
-    passes: impl Fn(&str, &Value) -> bool,
+    passes: impl Fn(&str, &TiedValue) -> bool,
 ) -> BTreeSet<String> {
     let mut users: BTreeMap<&str, Vec<&str>> = BTreeMap::new();
     for (name, value) in values.iter().filter(|(name, value)| passes(name, value)) {

@@ -5,10 +5,10 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use super::InnerModel;
 use super::tied::names_in;
-use crate::diagnostics::{Code, Diagnostic, Diagnostics, Reported};
+use crate::diagnostics::{Code, Diagnostic, Diagnostics, ErrorReported};
 use crate::source::Span;
 use crate::syntax::ast::{ArrayKind, Ast, Item, ItemKind, Name};
-use crate::syntax::visit::{self, Part, Role};
+use crate::syntax::visit::{self, ExprRole, ItemPart};
 
 /// Whether a model has unbound inputs of parts in any of its variants.
 pub(crate) fn has_unbound(main: &Ast) -> bool {
@@ -36,13 +36,13 @@ fn input_name(item: &Item) -> Option<&Name> {
 ///
 /// # Errors
 ///
-/// [`Reported`] if an unbound input is read (E220).
+/// [`ErrorReported`] if an unbound input is read (E220).
 pub(crate) fn leave_out_unbound(
     items: &mut Vec<&Item>,
     main: &Ast,
     parts: &[InnerModel],
     diagnostics: &mut Diagnostics,
-) -> Result<(), Reported> {
+) -> Result<(), ErrorReported> {
     let of_part = |item: &&&Item| is_of_part(item, main);
     if !items.iter().any(|item| of_part(&item)) {
         return Ok(());
@@ -52,7 +52,7 @@ pub(crate) fn leave_out_unbound(
     let inputs = inputs.filter(|name| !bound.contains(name.text.as_str()));
     let unbound: BTreeMap<&str, &Name> = inputs.map(|name| (name.text.as_str(), name)).collect();
     // The whole's own lines must be valid whether or not they are read.
-    let reads = Dependencies::of(items, |name| name.contains('.'));
+    let reads = NameDependencies::collect(items, |name| name.contains('.'));
     let read: Vec<&Name> =
         unbound.values().copied().filter(|name| reads.needed.contains(&name.text)).collect();
     let mut result = Ok(());
@@ -76,7 +76,7 @@ pub(crate) fn leave_out_unread_inputs(
     if columns.is_none() && !main.items.iter().any(has_choices) {
         return;
     }
-    let reads = Dependencies::of(items, |_| true);
+    let reads = NameDependencies::collect(items, |_| true);
     let mut unread: BTreeSet<String> = BTreeSet::new();
     for item in items.iter() {
         if let Some(name) = input_name(item)
@@ -102,7 +102,7 @@ pub(crate) fn leave_out_unread_inputs(
         }
     });
     // An input that no choice reads is kept for display.
-    let anywhere = Dependencies::of(&chosen, |_| true).needed;
+    let anywhere = NameDependencies::collect(&chosen, |_| true).needed;
     unread.retain(|name| anywhere.contains(name));
     reads.leave_out(unread, items);
 }
@@ -119,29 +119,29 @@ fn values_of(item: &Item) -> Vec<&str> {
 }
 
 /// Dependencies between names.
-struct Dependencies {
+struct NameDependencies {
     /// For `let`s and functions: the names in their text.
     values: BTreeMap<String, BTreeSet<String>>,
     /// The names read by other items, directly or through these.
     needed: BTreeSet<String>,
 }
 
-impl Dependencies {
+impl NameDependencies {
     /// `is_value` selects the `let`s and functions that only count if they are read.
-    fn of(items: &[&Item], is_value: impl Fn(&str) -> bool) -> Dependencies {
+    fn collect(items: &[&Item], is_value: impl Fn(&str) -> bool) -> NameDependencies {
         let mut values: BTreeMap<String, BTreeSet<String>> = BTreeMap::new();
         let mut others = BTreeSet::new();
         for item in items {
             let is_loop = matches!(item.kind, ItemKind::For { .. });
             visit::parts_mut(&mut (*item).clone(), &mut |part| {
-                let Part::Expr(place, expr) = part else { return };
+                let ItemPart::Expr(place, expr) = part else { return };
                 let mut names = BTreeSet::new();
                 names_in(expr, &mut names);
                 match place {
-                    Role::Let(name) if is_value(&name.text) && !is_loop => {
+                    ExprRole::Let(name) if is_value(&name.text) && !is_loop => {
                         values.entry(name.text.clone()).or_default().extend(names);
                     }
-                    Role::Body(name, arguments) if is_value(&name.text) => {
+                    ExprRole::Body(name, arguments) if is_value(&name.text) => {
                         for argument in arguments {
                             names.remove(&argument.name.text);
                         }
@@ -158,7 +158,7 @@ impl Dependencies {
                 pending.extend(values.get(&name).into_iter().flatten().cloned());
             }
         }
-        Dependencies { values, needed }
+        NameDependencies { values, needed }
     }
 
     /// Removes these inputs and the values that depend on them.
@@ -222,7 +222,7 @@ fn not_bound(inputs: &[&Name], items: &[Item], parts: &[InnerModel]) -> Diagnost
     };
     // The name in the file that contains the part.
     let around = part.rsplit_once('.').map_or(0, |(around, _)| around.len() + 1);
-    Diagnostic::new(Code::E220, place.unwrap_or(first.span), message)
+    Diagnostic::new(Code::UnboundInput, place.unwrap_or(first.span), message)
         .label(first.span, what)
         .help(format!("say what it is: `{} = …`", &first.text[around..]))
 }

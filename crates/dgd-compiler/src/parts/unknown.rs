@@ -3,19 +3,19 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use super::expansion::declared;
-use super::visible::Visible;
+use super::visible::VisibleFiles;
 use crate::diagnostics::{Code, Diagnostic, Diagnostics};
 use crate::expr::intrinsics::IntrinsicId;
 use crate::source::{SourceId, Span};
 use crate::syntax::ast::{Ast, Expr, ExprKind, Item, ItemKind};
-use crate::syntax::visit::{self, Namespace, Part, Role};
+use crate::syntax::visit::{self, ExprRole, ItemPart, Namespace};
 
 /// Reports every name in the text of a file that is declared neither by its items, nor by a library that it sees, nor
 /// by the language. Items of parts are among those of a model.
 pub(super) fn verify_names(
     items: &mut [Item],
     ast: &Ast,
-    visible: &Visible<'_>,
+    visible: &VisibleFiles<'_>,
     library_names: &BTreeMap<SourceId, String>,
     diagnostics: &mut Diagnostics,
 ) {
@@ -48,12 +48,12 @@ pub(super) fn verify_names(
     let mut names: Vec<(String, Span, bool)> = Vec::new();
     for item in items.iter_mut() {
         visit::parts_mut(item, &mut |part| {
-            let Part::Expr(place, expr) = part else { return };
+            let ItemPart::Expr(place, expr) = part else { return };
             let hidden: Vec<&str> = match place {
-                Role::Body(_, arguments) => {
+                ExprRole::Body(_, arguments) => {
                     arguments.iter().map(|argument| argument.name.text.as_str()).collect()
                 }
-                Role::Noise(own) => {
+                ExprRole::Noise(own) => {
                     vec![own.text.as_str(), "lognormal", "student"]
                 }
                 _ => Vec::new(),
@@ -70,9 +70,9 @@ pub(super) fn verify_names(
             (false, false) => format!("nothing is called `{name}`"),
         };
         let code = match (is_call, outputs.contains(&name)) {
-            (true, _) => Code::E203,
-            (false, true) => Code::E205,
-            (false, false) => Code::E201,
+            (true, _) => Code::UnknownFunction,
+            (false, true) => Code::MisusedName,
+            (false, false) => Code::UnknownName,
         };
         let help = match diagnostics.suggestion(&name, known.iter().map(String::as_str)) {
             Some(near) => format!("did you mean `{near}`?"),

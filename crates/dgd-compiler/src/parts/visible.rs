@@ -8,24 +8,24 @@ use crate::syntax::ast::{Ast, ItemKind};
 
 /// The files of a compilation.
 #[derive(Debug)]
-pub(super) struct Files<'a> {
+pub(super) struct CompilationFiles<'a> {
     asts: &'a [Ast],
     position: BTreeMap<SourceId, usize>,
 }
 
 /// The libraries and models that a file sees.
 #[derive(Debug, Default)]
-pub(super) struct Visible<'a> {
+pub(super) struct VisibleFiles<'a> {
     /// Libraries, nearest first.
     pub(super) libraries: Vec<&'a Ast>,
     /// Models by name.
     pub(super) models: BTreeMap<&'a str, &'a Ast>,
 }
 
-impl<'a> Files<'a> {
-    pub(super) fn new(asts: &'a [Ast]) -> Files<'a> {
+impl<'a> CompilationFiles<'a> {
+    pub(super) fn new(asts: &'a [Ast]) -> CompilationFiles<'a> {
         let position = asts.iter().enumerate().map(|(i, ast)| (ast.source, i)).collect();
-        Files { asts, position }
+        CompilationFiles { asts, position }
     }
 
     fn get(&self, source: SourceId) -> Option<&'a Ast> {
@@ -33,8 +33,8 @@ impl<'a> Files<'a> {
     }
 
     /// The libraries and models that a file sees. Of two models with one name the first is used.
-    pub(super) fn visible(&self, of: &'a Ast, diagnostics: &mut Diagnostics) -> Visible<'a> {
-        let mut visible = Visible::default();
+    pub(super) fn visible(&self, of: &'a Ast, diagnostics: &mut Diagnostics) -> VisibleFiles<'a> {
+        let mut visible = VisibleFiles::default();
         if let Some(header) = &of.model {
             visible.models.insert(&header.name.text, of);
         }
@@ -50,7 +50,8 @@ impl<'a> Files<'a> {
                         let first = *visible.models.entry(&header.name.text).or_insert(ast);
                         if first.source != ast.source {
                             let message = format!("two models are called `{}`", header.name.text);
-                            let diagnostic = Diagnostic::new(Code::E202, header.name.span, message);
+                            let diagnostic =
+                                Diagnostic::new(Code::DuplicateName, header.name.span, message);
                             let place = first.model.as_ref().map(|header| header.name.span);
                             let first = place.unwrap_or(header.name.span);
                             diagnostics.error(diagnostic.label(first, "first here").help(

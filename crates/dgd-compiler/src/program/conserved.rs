@@ -13,8 +13,8 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use dgd_signature::Conserved;
 
-use crate::dae::{Dae, Family};
-use crate::expr::{ExprId, Graph, Node, Symbol};
+use crate::dae::{Dae, DaeFamily};
+use crate::expr::{ExprGraph, ExprId, Node, Symbol};
 
 /// Larger systems are skipped: solvers preserve sums only if their matrices are dense.
 const MOST_UNKNOWNS: usize = 32;
@@ -26,12 +26,12 @@ const ROUNDING: f64 = 1e-12;
 /// Powers of expressions, ascending.
 type Monomial = Vec<(ExprId, i32)>;
 /// Coefficients of monomials.
-type Sum = BTreeMap<Monomial, f64>;
+type MonomialSum = BTreeMap<Monomial, f64>;
 
 /// A combination of rows: its remaining terms, and the rows in it.
 #[derive(Clone)]
-struct Combination {
-    rest: Sum,
+struct RowCombination {
+    rest: MonomialSum,
     of: BTreeMap<usize, f64>,
 }
 
@@ -43,11 +43,11 @@ pub(super) fn conserved(dae: &Dae) -> Vec<Conserved> {
     }
     let mut graph = dae.graph.clone();
     let mut known = BTreeMap::new();
-    let mut reduced: Vec<(Monomial, Combination)> = Vec::new();
+    let mut reduced: Vec<(Monomial, RowCombination)> = Vec::new();
     let mut sums: Vec<BTreeMap<usize, f64>> = Vec::new();
     for (unknown, row) in rows(dae, &mut graph) {
         let rest = sum_of(&graph, row, &mut known);
-        let mut combination = Combination { rest, of: BTreeMap::from([(unknown, 1.0)]) };
+        let mut combination = RowCombination { rest, of: BTreeMap::from([(unknown, 1.0)]) };
         for (pivot, other) in &reduced {
             if let Some(share) = combination.rest.get(pivot).copied() {
                 combination.subtract(other, share / other.rest[pivot]);
@@ -85,9 +85,9 @@ fn largest(combination: &BTreeMap<usize, f64>) -> Option<(usize, f64)> {
     combination.iter().max_by(by_size).map(|(unknown, share)| (*unknown, *share))
 }
 
-impl Combination {
+impl RowCombination {
     /// Subtracts a multiple of another one.
-    fn subtract(&mut self, other: &Combination, times: f64) {
+    fn subtract(&mut self, other: &RowCombination, times: f64) {
         add(&mut self.rest, &other.rest, -times);
         add(&mut self.of, &other.of, -times);
     }
@@ -108,7 +108,7 @@ fn add<K: Ord + Clone>(to: &mut BTreeMap<K, f64>, other: &BTreeMap<K, f64>, time
 }
 
 /// The rows of unknowns that are differential in every mode, those of loops one by one.
-fn rows(dae: &Dae, graph: &mut Graph) -> Vec<(usize, ExprId)> {
+fn rows(dae: &Dae, graph: &mut ExprGraph) -> Vec<(usize, ExprId)> {
     let single = dae.unknowns.iter().enumerate();
     let single = single.filter(|(_, x)| x.differential && dae.graph.value(x.mass) == Some(1.0));
     let mut rows: Vec<(usize, ExprId)> = single.map(|(i, x)| (i, x.rhs)).collect();
@@ -120,7 +120,7 @@ fn rows(dae: &Dae, graph: &mut Graph) -> Vec<(usize, ExprId)> {
     rows
 }
 
-fn row_of(graph: &mut Graph, family: &Family, k: u32) -> ExprId {
+fn row_of(graph: &mut ExprGraph, family: &DaeFamily, k: u32) -> ExprId {
     let symbols: BTreeSet<Symbol> = graph.symbols(family.rhs).into_iter().collect();
     let mut replaced = BTreeMap::new();
     for symbol in symbols {
@@ -137,16 +137,24 @@ fn row_of(graph: &mut Graph, family: &Family, k: u32) -> ExprId {
 }
 
 /// An expression as a sum of monomials; `known` stores those of its subexpressions.
-fn sum_of(graph: &Graph, root: ExprId, known: &mut BTreeMap<ExprId, Sum>) -> Sum {
+fn sum_of(
+    graph: &ExprGraph,
+    root: ExprId,
+    known: &mut BTreeMap<ExprId, MonomialSum>,
+) -> MonomialSum {
     for (id, node) in graph.listed([root]) {
         if known.contains_key(&id) {
             continue;
         }
-        let atom = || Sum::from([(vec![(id, 1)], 1.0)]);
+        let atom = || MonomialSum::from([(vec![(id, 1)], 1.0)]);
         let sum = match node {
             Node::Constant(_) => {
                 let value = graph.value(id).unwrap_or(f64::NAN);
-                if value == 0.0 { Sum::new() } else { Sum::from([(Vec::new(), value)]) }
+                if value == 0.0 {
+                    MonomialSum::new()
+                } else {
+                    MonomialSum::from([(Vec::new(), value)])
+                }
             }
             Node::Negate(a) => scaled(&known[&a], -1.0),
             Node::Add(a, b) => added(&known[&a], &known[&b], 1.0),
@@ -163,22 +171,22 @@ fn sum_of(graph: &Graph, root: ExprId, known: &mut BTreeMap<ExprId, Sum>) -> Sum
     known[&root].clone()
 }
 
-fn scaled(sum: &Sum, by: f64) -> Sum {
+fn scaled(sum: &MonomialSum, by: f64) -> MonomialSum {
     sum.iter().map(|(monomial, c)| (monomial.clone(), c * by)).collect()
 }
 
-fn added(a: &Sum, b: &Sum, times: f64) -> Sum {
+fn added(a: &MonomialSum, b: &MonomialSum, times: f64) -> MonomialSum {
     let mut sum = a.clone();
     add(&mut sum, b, times);
     sum
 }
 
 /// The product, if it has few terms.
-fn product(a: &Sum, b: &Sum) -> Option<Sum> {
+fn product(a: &MonomialSum, b: &MonomialSum) -> Option<MonomialSum> {
     if a.len() * b.len() > MOST_TERMS {
         return None;
     }
-    let mut sum = Sum::new();
+    let mut sum = MonomialSum::new();
     for (left, c) in a {
         for (right, d) in b {
             let mut powers: BTreeMap<ExprId, i32> = left.iter().copied().collect();
@@ -186,20 +194,20 @@ fn product(a: &Sum, b: &Sum) -> Option<Sum> {
                 *powers.entry(*id).or_default() += power;
             }
             let monomial: Monomial = powers.into_iter().filter(|(_, power)| *power != 0).collect();
-            add(&mut sum, &Sum::from([(monomial, c * d)]), 1.0);
+            add(&mut sum, &MonomialSum::from([(monomial, c * d)]), 1.0);
         }
     }
     Some(sum)
 }
 
 /// 1/b; a sum of several terms is inverted as a whole.
-fn inverse(sum: &Sum, b: ExprId) -> Sum {
+fn inverse(sum: &MonomialSum, b: ExprId) -> MonomialSum {
     let mut terms = sum.iter();
     match (terms.next(), terms.next()) {
         (Some((monomial, c)), None) => {
             let inverted = monomial.iter().map(|(id, power)| (*id, -power)).collect();
-            Sum::from([(inverted, 1.0 / c)])
+            MonomialSum::from([(inverted, 1.0 / c)])
         }
-        _ => Sum::from([(vec![(b, -1)], 1.0)]),
+        _ => MonomialSum::from([(vec![(b, -1)], 1.0)]),
     }
 }

@@ -11,9 +11,9 @@ use dgd_signature::{
 use super::conserved::conserved;
 use super::formulas::formulas;
 use super::functions::{RUNS, ResultKind};
-use super::{Described, Function, ProgramSource, Row};
+use super::{ProgramFunction, ProgramSource, QuantityDescription, UnknownRow};
 use crate::dae::{self, Dae};
-use crate::model::Declared;
+use crate::model::DeclarationHeader;
 use crate::units;
 
 /// Names, sizes, units, defaults and sparsity, and the event functions as data.
@@ -21,7 +21,7 @@ pub(super) fn signature(
     dae: &Dae,
     directions: &[Direction],
     patterns: &BTreeMap<ResultKind, Pattern>,
-    events: &Function,
+    events: &ProgramFunction,
 ) -> Signature {
     let mut single =
         Signature { conserved: conserved(dae).into(), ..of_single(dae, directions, patterns) };
@@ -54,7 +54,7 @@ pub(super) fn signature(
 
 /// Outputs for each element of an array.
 pub(super) fn output_arrays(dae: &Dae) -> Vec<OutputArray> {
-    let array = |array: &dae::OutputArray| OutputArray {
+    let array = |array: &dae::DaeOutputArray| OutputArray {
         name: array.declared.name.clone().into(),
         lower: array.lower,
         count: array.count as usize,
@@ -79,14 +79,17 @@ pub(super) fn features(dae: &Dae, signature: &Signature) -> Features {
 }
 
 /// Whether an unknown is differential in some modes and algebraic in others.
-fn by_mode(dae: &Dae, unknown: &dae::Unknown) -> bool {
+fn by_mode(dae: &Dae, unknown: &dae::DaeUnknown) -> bool {
     dae.graph.value(unknown.mass).is_none()
 }
 
 /// Parts of the model's text that are not in the signature.
 pub(super) fn source(dae: &Dae) -> ProgramSource {
-    let declared = |declared: &Declared| described(&declared.doc, &declared.unit);
-    let row = |unknown: &dae::Unknown| Row { by_mode: by_mode(dae, unknown), span: unknown.span };
+    let declared = |declared: &DeclarationHeader| described(&declared.doc, &declared.unit);
+    let row = |unknown: &dae::DaeUnknown| UnknownRow {
+        by_mode: by_mode(dae, unknown),
+        span: unknown.span,
+    };
     ProgramSource {
         doc: dae.doc.clone(),
         unknowns: dae.unknowns.iter().map(|x| described(&x.doc, &x.unit)).collect(),
@@ -100,8 +103,8 @@ pub(super) fn source(dae: &Dae) -> ProgramSource {
     }
 }
 
-fn described(doc: &[String], unit: &units::Unit) -> Described {
-    Described { doc: doc.to_vec(), dimension: unit.dimension }
+fn described(doc: &[String], unit: &units::Unit) -> QuantityDescription {
+    QuantityDescription { doc: doc.to_vec(), dimension: unit.dimension }
 }
 
 /// The description without arrays.
@@ -115,13 +118,13 @@ fn of_single(
             |pattern: &Pattern| Pattern { runs: List::Borrowed(&[]), ..pattern.clone() };
         patterns.get(&kind).map_or(Pattern::EMPTY, of_single)
     };
-    let unknown = |unknown: &dae::Unknown| Unknown {
+    let unknown = |unknown: &dae::DaeUnknown| Unknown {
         name: unknown.name.clone().into(),
         unit: unit(&unknown.unit),
         nominal: unknown.nominal,
         differential: unknown.differential,
     };
-    let delayed_unknown = |of: &dae::DelayedUnknown| DelayedUnknown {
+    let delayed_unknown = |of: &dae::DaeDelayedUnknown| DelayedUnknown {
         unknown: dae::position(of.unknown),
         delay: of.delay,
         varies: of.varies,
@@ -203,8 +206,8 @@ fn parameter(parameter: &crate::model::Parameter) -> Parameter {
     }
 }
 
-fn automaton(automaton: &dae::Automaton) -> Automaton {
-    let transition = |transition: &dae::Transition| Transition {
+fn automaton(automaton: &dae::DaeAutomaton) -> Automaton {
+    let transition = |transition: &dae::DaeTransition| Transition {
         from: transition.from,
         to: transition.to,
         crossing: transition.crossing,

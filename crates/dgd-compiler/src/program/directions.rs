@@ -1,13 +1,13 @@
 //! Chooses the directions of a program's sensitivities.
 
 use super::Direction;
-use crate::dae::{Dae, Unknown};
-use crate::diagnostics::{Code, Diagnostic, Diagnostics, Reported, suggestion};
+use crate::dae::{Dae, DaeUnknown};
+use crate::diagnostics::{Code, Diagnostic, Diagnostics, ErrorReported, suggestion};
 use crate::syntax::ast::Name;
 
 /// Directions of the sensitivities of a program.
 #[derive(Debug, Clone, Default)]
-pub enum Directions {
+pub enum SensitivityDirections {
     /// None: only states and outputs.
     #[default]
     None,
@@ -37,23 +37,23 @@ pub enum Directions {
 ///
 /// # Errors
 ///
-/// [`Reported`] if a name is neither a parameter nor a state.
+/// [`ErrorReported`] if a name is neither a parameter nor a state.
 pub fn choose(
     dae: &Dae,
-    directions: &Directions,
+    directions: &SensitivityDirections,
     diagnostics: &mut Diagnostics,
-) -> Result<Vec<Direction>, Reported> {
+) -> Result<Vec<Direction>, ErrorReported> {
     let chosen = match directions {
-        Directions::None => Vec::new(),
-        Directions::All => (0..dae.parameters.len()).map(Direction::Parameter).collect(),
-        Directions::Named(names) => named(dae, names, diagnostics),
-        Directions::Estimated { free, fixed } => {
+        SensitivityDirections::None => Vec::new(),
+        SensitivityDirections::All => (0..dae.parameters.len()).map(Direction::Parameter).collect(),
+        SensitivityDirections::Named(names) => named(dae, names, diagnostics),
+        SensitivityDirections::Estimated { free, fixed } => {
             let directions = named(dae, free, diagnostics);
             let fixed = named(dae, fixed, diagnostics);
             refuse_starts(dae, free, diagnostics);
             estimated(dae, &directions, &fixed)
         }
-        Directions::Tracked { free, fixed } => {
+        SensitivityDirections::Tracked { free, fixed } => {
             let free = named(dae, free, diagnostics);
             let fixed = named(dae, fixed, diagnostics);
             tracked(dae, &free, &fixed)
@@ -74,7 +74,7 @@ fn refuse_starts(dae: &Dae, free: &[Name], diagnostics: &mut Diagnostics) {
                 name.text
             );
             diagnostics.error(
-                Diagnostic::new(Code::E508, name.span, message)
+                Diagnostic::new(Code::StartNotSteady, name.span, message)
                     .help("leave out `start steady` to estimate start values"),
             );
         }
@@ -88,7 +88,7 @@ fn refuse_starts(dae: &Dae, free: &[Name], diagnostics: &mut Diagnostics) {
             let message =
                 format!("the start value of `{state}` follows from {which}, so it is not free");
             diagnostics.error(
-                Diagnostic::new(Code::E509, name.span, message)
+                Diagnostic::new(Code::UndeterminedStart, name.span, message)
                     .label(equation.span, what)
                     .help("leave out a start equation to estimate a start value in its place"),
             );
@@ -116,7 +116,7 @@ fn estimated(dae: &Dae, free: &[Direction], fixed: &[Direction]) -> Vec<Directio
 fn tracked(dae: &Dae, free: &[Direction], fixed: &[Direction]) -> Vec<Direction> {
     let parameters = free_parameters(dae, free).filter(|of| !fixed.contains(of));
     // A filter also carries unknowns that are differential only in modes other than the initial one.
-    let is_state = |x: &Unknown| x.differential || dae.graph.value(x.mass) != Some(0.0);
+    let is_state = |x: &DaeUnknown| x.differential || dae.graph.value(x.mass) != Some(0.0);
     let states = dae.unknowns.iter().enumerate().filter(|(_, x)| is_state(x)).map(|(i, _)| i);
     let families = dae.families.iter().filter(|family| family.differential);
     let elements = families.flat_map(|family| family.first..family.first + family.count as usize);
@@ -155,7 +155,7 @@ fn named(dae: &Dae, names: &[Name], diagnostics: &mut Diagnostics) -> Vec<Direct
         if directions.is_empty() {
             let message = format!("there is no parameter and no state `{text}`");
             let help = what_there_is(dae, text);
-            diagnostics.error(Diagnostic::new(Code::E201, *span, message).help(help));
+            diagnostics.error(Diagnostic::new(Code::UnknownName, *span, message).help(help));
         }
         for direction in directions {
             if !chosen.contains(&direction) {

@@ -65,7 +65,7 @@ pub enum FunctionKind {
 
 /// An array that a function reads.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
-pub enum Argument {
+pub enum FunctionArgument {
     /// Unknowns y.
     Y,
     /// Inputs u.
@@ -193,7 +193,7 @@ pub struct FunctionSpec {
     /// Its method of `System`.
     pub name: &'static str,
     /// Arrays it takes in addition to t, y, u, p, z, in the order of the method's arguments.
-    pub extra: &'static [Argument],
+    pub extra: &'static [FunctionArgument],
     /// Arrays it writes, in the order of the method's arguments.
     pub results: &'static [ResultKind],
 }
@@ -201,7 +201,7 @@ pub struct FunctionSpec {
 const fn row(
     kind: FunctionKind,
     name: &'static str,
-    extra: &'static [Argument],
+    extra: &'static [FunctionArgument],
     results: &'static [ResultKind],
 ) -> FunctionSpec {
     FunctionSpec { kind, name, extra, results }
@@ -209,7 +209,7 @@ const fn row(
 
 /// THE table.
 pub static FUNCTIONS: &[FunctionSpec] = {
-    use Argument::{S, Udot};
+    use FunctionArgument::{S, Udot};
     use FunctionKind as K;
     use ResultKind as R;
     &[

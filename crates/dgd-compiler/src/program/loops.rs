@@ -4,30 +4,30 @@
 use std::collections::BTreeMap;
 use std::rc::Rc;
 
-use super::expressions::{Expressions, Given, Number};
-use super::rounds::{InRounds, Rounds, Strand};
-use super::{Function, FunctionKind, Loop, Operation, Store, ValueId};
+use super::expressions::{PlacedNumber, ResultNumber, SystemExpressions};
+use super::rounds::{FunctionRounds, InRounds, RowStrand};
+use super::{FunctionKind, Loop, LoopStore, ProgramFunction, ProgramOperation, ValueId};
 use crate::expr::hash::{HashMap, HashSet};
-use crate::expr::{ExprId, Graph, Node, Symbol};
+use crate::expr::{ExprGraph, ExprId, Node, Symbol};
 
 /// Puts expressions into execution order: operands first, in the order they were built. Rows of each of `kinds` belong
 /// together.
 pub(super) fn schedule(
-    expressions: Expressions<'_>,
+    expressions: SystemExpressions<'_>,
     named: &BTreeMap<ExprId, String>,
     kinds: &[Vec<usize>],
     kind: FunctionKind,
-    results: &[Vec<Number>],
-) -> Function {
+    results: &[Vec<ResultNumber>],
+) -> ProgramFunction {
     let graph = expressions.graph;
     let reachable = graph.reachable(results.iter().flatten().map(|number| number.value));
     let moving = moving(graph, &reachable);
     let numbers =
         || results.iter().enumerate().flat_map(|(r, result)| result.iter().map(move |n| (r, *n)));
 
-    let rounds = Rounds::find(&expressions, &moving, kinds, numbers());
+    let rounds = FunctionRounds::find(&expressions, &moving, kinds, numbers());
     let is_no_round =
-        |(_, number): &Given| number.family.is_none_or(|f| !rounds.families.contains(&f));
+        |(_, number): &PlacedNumber| number.family.is_none_or(|f| !rounds.families.contains(&f));
     let order = if rounds.families.is_empty() {
         reachable
     } else {
@@ -48,31 +48,31 @@ pub(super) fn schedule(
         }
     }
 
-    let mut by_count: BTreeMap<u32, Vec<Given>> = BTreeMap::new();
+    let mut by_count: BTreeMap<u32, Vec<PlacedNumber>> = BTreeMap::new();
     for given in numbers().filter(is_no_round) {
         if let Some(rows) = given.1.rows {
             by_count.entry(rows).or_default().push(given);
         }
     }
-    let loops_of = Loops { expressions, moving: &moving, common: &values, begin: body.len() };
+    let loops_of = LoopBuilder { expressions, moving: &moving, common: &values, begin: body.len() };
     let looped = by_count.into_iter().map(|(count, numbers)| loops_of.looped(count, &numbers));
     let in_rounds = rounds.loops.iter().map(|rounds| loops_of.in_rounds(rounds));
     let loops = looped.chain(in_rounds).collect();
 
-    let mut singles: Vec<Vec<Number>> = vec![Vec::new(); results.len()];
+    let mut singles: Vec<Vec<ResultNumber>> = vec![Vec::new(); results.len()];
     for (result, number) in
         numbers().filter(is_no_round).filter(|(_, number)| number.rows.is_none())
     {
         singles[result].push(number);
     }
-    let places = |numbers: &Vec<Number>| {
+    let places = |numbers: &Vec<ResultNumber>| {
         let is_dense = numbers.iter().enumerate().all(|(i, number)| number.place == i);
         (!is_dense).then(|| numbers.iter().map(|number| number.place).collect())
     };
-    let length = |numbers: &Vec<Number>| {
+    let length = |numbers: &Vec<ResultNumber>| {
         numbers.iter().map(|number| number.rows.map_or(1, |rows| rows as usize)).sum()
     };
-    Function {
+    ProgramFunction {
         kind,
         names,
         places: singles.iter().map(places).collect(),
@@ -87,7 +87,7 @@ pub(super) fn schedule(
 }
 
 /// The expressions that differ from row to row.
-fn moving(graph: &Graph, order: &[ExprId]) -> HashSet<ExprId> {
+fn moving(graph: &ExprGraph, order: &[ExprId]) -> HashSet<ExprId> {
     let mut moving = HashSet::default();
     for &id in order {
         let node = graph.node(id);
@@ -111,8 +111,8 @@ fn moving(graph: &Graph, order: &[ExprId]) -> HashSet<ExprId> {
 }
 
 /// Context for building loops.
-struct Loops<'a> {
-    expressions: Expressions<'a>,
+struct LoopBuilder<'a> {
+    expressions: SystemExpressions<'a>,
     /// Expressions that differ from row to row.
     moving: &'a HashSet<ExprId>,
     /// Values common to all rows.
@@ -121,10 +121,10 @@ struct Loops<'a> {
     begin: usize,
 }
 
-impl Loops<'_> {
+impl LoopBuilder<'_> {
     /// The loop over all families of one length; each number comes with the position of its result.
-    fn looped(&self, count: u32, numbers: &[Given]) -> Loop {
-        let Loops { expressions, moving, common, begin } = *self;
+    fn looped(&self, count: u32, numbers: &[PlacedNumber]) -> Loop {
+        let LoopBuilder { expressions, moving, common, begin } = *self;
         let order = expressions.graph.reachable(numbers.iter().map(|(_, number)| number.value));
         let mut body = Vec::new();
         let mut numbered: HashMap<ExprId, ValueId> = HashMap::default();
@@ -138,7 +138,7 @@ impl Loops<'_> {
             let value = append(&mut body, begin, operation);
             numbered.insert(id, value);
         }
-        let stores = numbers.iter().map(|(result, number)| Store {
+        let stores = numbers.iter().map(|(result, number)| LoopStore {
             result: *result,
             first: number.place,
             by_round: 0,
@@ -149,18 +149,18 @@ impl Loops<'_> {
 
     /// The loop of rows that are rounds.
     fn in_rounds(&self, rounds: &InRounds) -> Loop {
-        let Loops { expressions, common, begin, .. } = *self;
-        let mut numbered: HashMap<Strand, ValueId> = HashMap::default();
+        let LoopBuilder { expressions, common, begin, .. } = *self;
+        let mut numbered: HashMap<RowStrand, ValueId> = HashMap::default();
         let mut operations = Vec::with_capacity(rounds.head.len() + rounds.body.len());
-        let value_of = |numbered: &HashMap<Strand, ValueId>, strand: &Strand| {
+        let value_of = |numbered: &HashMap<RowStrand, ValueId>, strand: &RowStrand| {
             numbered.get(strand).or_else(|| common.get(&strand[0])).copied().unwrap_or_else(|| {
                 unreachable!("operands come first, and what is the same for all is in the body")
             })
         };
         // `position` selects the number of a round or passage among listed numbers.
-        let operation = |numbered: &HashMap<Strand, ValueId>, strand: &Strand, position| {
+        let operation = |numbered: &HashMap<RowStrand, ValueId>, strand: &RowStrand, position| {
             if let Some((curve, position)) = rounds.listed.get(strand).copied().zip(position) {
-                return Operation::Curve(curve, position);
+                return ProgramOperation::Curve(curve, position);
             }
             let node = expressions.node(strand[0]);
             if let Node::Symbol(_) = node {
@@ -177,13 +177,13 @@ impl Loops<'_> {
             expressions.operation(node, |_| next())
         };
 
-        let round =
-            (!rounds.listed.is_empty()).then(|| append(&mut operations, begin, Operation::Round));
+        let round = (!rounds.listed.is_empty())
+            .then(|| append(&mut operations, begin, ProgramOperation::Round));
         let of_passages = rounds.body.iter().any(|strand| rounds.listed.contains_key(strand));
         let passed = round.filter(|_| of_passages).map(|round| {
-            let count = Operation::Constant(f64::from(rounds.count));
+            let count = ProgramOperation::Constant(f64::from(rounds.count));
             let count = append(&mut operations, begin, count);
-            append(&mut operations, begin, Operation::Multiply(round, count))
+            append(&mut operations, begin, ProgramOperation::Multiply(round, count))
         });
         for strand in &rounds.head {
             let operation = operation(&numbered, strand, round);
@@ -191,14 +191,14 @@ impl Loops<'_> {
         }
         let head = operations.len();
         let position = passed.map(|passed| {
-            let counter = append(&mut operations, begin, Operation::Counter);
-            append(&mut operations, begin, Operation::Add(passed, counter))
+            let counter = append(&mut operations, begin, ProgramOperation::Counter);
+            append(&mut operations, begin, ProgramOperation::Add(passed, counter))
         });
         for strand in &rounds.body {
             let operation = operation(&numbered, strand, position);
             numbered.insert(Rc::clone(strand), append(&mut operations, begin, operation));
         }
-        let stores = rounds.numbers.iter().map(|((result, number), next, values)| Store {
+        let stores = rounds.numbers.iter().map(|((result, number), next, values)| LoopStore {
             result: *result,
             first: number.place,
             by_round: next.cast_signed() - number.place.cast_signed(),
@@ -210,7 +210,7 @@ impl Loops<'_> {
     }
 }
 
-fn append(body: &mut Vec<Operation>, begin: usize, operation: Operation) -> ValueId {
+fn append(body: &mut Vec<ProgramOperation>, begin: usize, operation: ProgramOperation) -> ValueId {
     let value = ValueId(u32::try_from(begin + body.len()).unwrap_or(u32::MAX));
     body.push(operation);
     value

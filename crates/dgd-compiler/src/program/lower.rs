@@ -2,19 +2,19 @@
 
 use std::collections::BTreeMap;
 
-use dgd_signature::arrays::Run;
+use dgd_signature::arrays::PatternRun;
 use dgd_signature::{Direction, PastLayout, Pattern};
 
-use super::expressions::{Expressions, Number};
+use super::expressions::{ResultNumber, SystemExpressions};
 use super::functions::{FUNCTIONS, FunctionKind, ResultKind};
 use super::loops::schedule;
 use super::past::{begin, opened};
-use super::taylor::{Derivatives, NonZero, taylor};
-use super::{Function, Program, describe, rounds};
+use super::taylor::{NonZero, SystemDerivatives, taylor};
+use super::{Program, ProgramFunction, describe, rounds};
 use crate::dae::{self, Dae};
 use crate::expr::graph::Comparison;
 use crate::expr::hash::{HashMap, HashSet};
-use crate::expr::{ExprId, Graph, Node, Past, Symbol};
+use crate::expr::{DelayedValue, ExprGraph, ExprId, Node, Symbol};
 
 /// Makes a program of a system, with sensitivities in these directions.
 ///
@@ -35,13 +35,13 @@ pub fn lower(dae: &Dae, directions: &[Direction]) -> Program {
     };
     let mut derivation = Derivation::new(dae, directions, past);
     let kinds = rounds::of_one_kind(dae);
-    let functions: Vec<Function> = FUNCTIONS
+    let functions: Vec<ProgramFunction> = FUNCTIONS
         .iter()
         .map(|spec| {
-            let results: Vec<Vec<Number>> =
+            let results: Vec<Vec<ResultNumber>> =
                 spec.results.iter().map(|result| derivation.numbers(*result)).collect();
             let Derivation { graph, names, .. } = &derivation;
-            let expressions = Expressions { graph, dae, past };
+            let expressions = SystemExpressions { graph, dae, past };
             schedule(expressions, names, &kinds, spec.kind, &results)
         })
         .collect();
@@ -63,7 +63,7 @@ pub(super) struct Derivation<'a> {
     pub(super) dae: &'a Dae,
     pub(super) directions: &'a [Direction],
     past: PastLayout,
-    pub(super) graph: Graph,
+    pub(super) graph: ExprGraph,
     /// The model's names of expressions, from `let`s.
     pub(super) names: BTreeMap<ExprId, String>,
     /// w of the single outputs, then of the arrays.
@@ -124,7 +124,7 @@ impl<'a> Derivation<'a> {
     }
 
     /// f, and the non-zeros of ∂f/∂y and ∂f/∂θ with their positions.
-    pub(super) fn for_taylor(&mut self) -> Derivatives {
+    pub(super) fn for_taylor(&mut self) -> SystemDerivatives {
         let f = self.f();
         let values = self.result(ResultKind::Jacobian);
         let values = self.by_reciprocals(&values);
@@ -146,7 +146,7 @@ impl<'a> Derivation<'a> {
             }));
         }
         let f = self.by_reciprocals(&f);
-        Derivatives { f, jacobian, directions }
+        SystemDerivatives { f, jacobian, directions }
     }
 
     /// Length of y.
@@ -167,10 +167,10 @@ impl<'a> Derivation<'a> {
     }
 
     /// The numbers of a result with their positions.
-    fn numbers(&mut self, result: ResultKind) -> Vec<Number> {
+    fn numbers(&mut self, result: ResultKind) -> Vec<ResultNumber> {
         let values = self.result(result);
         let values = self.by_reciprocals(&values);
-        let single = |(place, value)| Number { value, place, rows: None, family: None };
+        let single = |(place, value)| ResultNumber { value, place, rows: None, family: None };
         if let Some(Pattern { runs, rows, .. }) = self.patterns.get(&result) {
             // Rows of f, direction by direction.
             let family = |row: usize| match result {
@@ -182,13 +182,14 @@ impl<'a> Derivation<'a> {
             };
             let n_single = values.len() - runs.len();
             let singles = values[..n_single].iter().copied().enumerate().zip(rows.iter());
-            let mut numbers: Vec<Number> =
-                singles.map(|(one, row)| Number { family: family(*row), ..single(one) }).collect();
+            let mut numbers: Vec<ResultNumber> = singles
+                .map(|(one, row)| ResultNumber { family: family(*row), ..single(one) })
+                .collect();
             let mut place = n_single;
             for (value, run) in values[n_single..].iter().zip(runs.iter()) {
                 let rows = u32::try_from(run.count).unwrap_or(u32::MAX);
                 let family = family(run.row);
-                numbers.push(Number { value: *value, place, rows: Some(rows), family });
+                numbers.push(ResultNumber { value: *value, place, rows: Some(rows), family });
                 place += run.count;
             }
             return numbers;
@@ -216,7 +217,7 @@ impl<'a> Derivation<'a> {
             let row = i % rows.len();
             let (place, count) = rows[row];
             let family = behind.zip(row.checked_sub(n_single)).map(|(first, k)| first + k);
-            Number { value, place: i / rows.len() * stride + place, rows: count, family }
+            ResultNumber { value, place: i / rows.len() * stride + place, rows: count, family }
         };
         values.into_iter().enumerate().map(in_row).collect()
     }
@@ -248,8 +249,8 @@ impl<'a> Derivation<'a> {
     fn histories(&mut self) -> Vec<ExprId> {
         let zero = self.graph.constant(0.0);
         let dae = self.dae;
-        let past = |late: &dae::DelayedUnknown| {
-            let (history, row) = dae.history(dae::position(late.unknown))?;
+        let past = |delayed: &dae::DaeDelayedUnknown| {
+            let (history, row) = dae.history(dae::position(delayed.unknown))?;
             Some(dae::row_of(&mut self.graph, history, row))
         };
         let histories: Vec<Option<ExprId>> = dae.delayed_unknowns.iter().map(past).collect();
@@ -282,7 +283,7 @@ impl<'a> Derivation<'a> {
         self.non_zeros(ResultKind::JumpJacobian, rows, &places)
     }
 
-    fn transitions(&self) -> impl Iterator<Item = &'a dae::Transition> {
+    fn transitions(&self) -> impl Iterator<Item = &'a dae::DaeTransition> {
         self.dae.automata.iter().flat_map(|automaton| &automaton.transitions)
     }
 
@@ -478,7 +479,7 @@ impl<'a> Derivation<'a> {
     fn any_input(&self) -> impl Fn(Symbol) -> Option<usize> + use<> {
         let past = self.past;
         move |symbol| match symbol {
-            Symbol::Past(Past::Present, _) => None,
+            Symbol::Past(DelayedValue::Present, _) => None,
             Symbol::Past(kind, k) => Some(begin(past, kind) + k as usize),
             _ => input(symbol),
         }
@@ -501,14 +502,14 @@ impl<'a> Derivation<'a> {
                     continue;
                 };
                 let (column, diagonal) = (column & !MOVING, column & MOVING != 0);
-                runs.push(Run { row: *row, column, diagonal, count: count as usize });
+                runs.push(PatternRun { row: *row, column, diagonal, count: count as usize });
                 of_runs.push(value);
             }
         }
         matrix.sort_unstable_by_key(|(row, column, _)| (*column, *row));
         let places: Vec<(usize, usize)> =
             matrix.iter().map(|(row, column, _)| (*row, *column)).collect();
-        self.patterns.insert(kind, Pattern { runs: runs.into(), ..Pattern::of(&places) });
+        self.patterns.insert(kind, Pattern { runs: runs.into(), ..Pattern::from_places(&places) });
         matrix.into_iter().map(|(_, _, value)| value).chain(of_runs).collect()
     }
 
@@ -645,10 +646,11 @@ impl<'a> Derivation<'a> {
         let mut sums: BTreeMap<usize, ExprId> = direct.into_iter().collect();
         self.add_past_sensitivities(expression, &mut sums);
         let declared = self.dae.inputs.len();
-        let n_late = self.dae.delayed_inputs.len();
+        let n_delayed = self.dae.delayed_inputs.len();
         // Slopes are constant wherever inputs are smooth.
-        let late = |symbol| input(symbol)?.checked_sub(declared).filter(|late| *late < n_late);
-        for (position, slope) in self.gradient(expression, &late) {
+        let delayed =
+            |symbol| input(symbol)?.checked_sub(declared).filter(|delayed| *delayed < n_delayed);
+        for (position, slope) in self.gradient(expression, &delayed) {
             let tau = self.dae.delays[self.dae.delayed_inputs[position].delay].tau;
             let rate = self.rate_symbol(position);
             for (j, by_tau) in self.gradient(tau, &direction(directions)) {
@@ -737,7 +739,7 @@ impl<'a> Derivation<'a> {
             Symbol::SweptInput(i, _) => Some(2 * i as usize + 2),
             _ => None,
         };
-        let rows_of = |graph: &Graph, first: u32| {
+        let rows_of = |graph: &ExprGraph, first: u32| {
             let count = |symbol: &Symbol| match *symbol {
                 Symbol::SweptInput(i, count) if i == first => Some(count),
                 _ => None,

@@ -23,10 +23,12 @@ use crate::source::Span;
 use crate::units::Dimension;
 
 pub use dgd_signature::Direction;
-pub use directions::{Directions, choose};
-pub use functions::{Argument, FUNCTIONS, FunctionKind, FunctionSpec, RUNS, ResultKind};
+pub use directions::{SensitivityDirections, choose};
+pub use functions::{FUNCTIONS, FunctionArgument, FunctionKind, FunctionSpec, RUNS, ResultKind};
 pub use lower::lower;
-pub use taylor::{Entry, Factor, NoTaylor, Recurrence, Series, Taylor, Term};
+pub use taylor::{
+    ConstantFactor, MatrixEntry, NoTaylor, Recurrence, ScaledOperand, SharedSeries, TaylorSeries,
+};
 
 /// `lower` guarantees that
 ///
@@ -45,9 +47,9 @@ pub struct Program {
     /// Further parts of its text.
     pub source: ProgramSource,
     /// One function for each row of [`FUNCTIONS`], in its order.
-    pub functions: Vec<Function>,
+    pub functions: Vec<ProgramFunction>,
     /// Taylor series of the solutions, or the reason why there are none.
-    pub taylor: Result<Taylor, NoTaylor>,
+    pub taylor: Result<TaylorSeries, NoTaylor>,
 }
 
 /// Parts of a model's text that no solver needs, in the order of the signature's lists.
@@ -56,26 +58,26 @@ pub struct ProgramSource {
     /// The model's doc comment.
     pub doc: Vec<String>,
     /// Unknowns that are not elements of arrays.
-    pub unknowns: Vec<Described>,
+    pub unknowns: Vec<QuantityDescription>,
     /// Their rows.
-    pub rows: Vec<Row>,
+    pub rows: Vec<UnknownRow>,
     /// Arrays of unknowns.
-    pub arrays: Vec<Described>,
+    pub arrays: Vec<QuantityDescription>,
     /// Place of the equation of each family of rows.
     pub families: Vec<Span>,
     /// Parameters.
-    pub parameters: Vec<Described>,
+    pub parameters: Vec<QuantityDescription>,
     /// Inputs.
-    pub inputs: Vec<Described>,
+    pub inputs: Vec<QuantityDescription>,
     /// Outputs that are not elements of arrays.
-    pub outputs: Vec<Described>,
+    pub outputs: Vec<QuantityDescription>,
     /// Outputs for each element of an array.
-    pub output_arrays: Vec<Described>,
+    pub output_arrays: Vec<QuantityDescription>,
 }
 
 /// A declared quantity.
 #[derive(Debug, Clone)]
-pub struct Described {
+pub struct QuantityDescription {
     /// Doc comment.
     pub doc: Vec<String>,
     /// Its dimension.
@@ -84,7 +86,7 @@ pub struct Described {
 
 /// The row of an unknown.
 #[derive(Debug, Clone, Copy)]
-pub struct Row {
+pub struct UnknownRow {
     /// Whether it is ẏ = f in some modes and 0 = f in others.
     pub by_mode: bool,
     /// Place of the equation.
@@ -93,11 +95,11 @@ pub struct Row {
 
 /// A function of the program.
 #[derive(Debug, Clone)]
-pub struct Function {
+pub struct ProgramFunction {
     /// Its kind.
     pub kind: FunctionKind,
     /// Operations in order; value k is the result of operation k.
-    pub body: Vec<Operation>,
+    pub body: Vec<ProgramOperation>,
     /// The model's names of values, in ascending order of the value.
     pub names: Vec<(ValueId, String)>,
     /// For each result of the function, its values.
@@ -119,18 +121,18 @@ pub struct Loop {
     /// Number of rounds.
     pub rounds: u32,
     /// Operations of a round, in order; values are numbered after those of the function's body.
-    pub head: Vec<Operation>,
+    pub head: Vec<ProgramOperation>,
     /// Number of passages in each round.
     pub count: u32,
     /// Operations of a passage, in order; values are numbered after those of the head.
-    pub body: Vec<Operation>,
+    pub body: Vec<ProgramOperation>,
     /// Values to store, with their positions.
-    pub stores: Vec<Store>,
+    pub stores: Vec<LoopStore>,
 }
 
 impl Loop {
     /// All its operations, those of the head first.
-    pub fn operations(&self) -> impl Iterator<Item = &Operation> {
+    pub fn operations(&self) -> impl Iterator<Item = &ProgramOperation> {
         self.head.iter().chain(&self.body)
     }
 
@@ -148,7 +150,7 @@ impl Loop {
 
 /// A position that moves with the rounds of a loop.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Place {
+pub struct StridedPosition {
     /// Position in the first round.
     pub first: u32,
     /// Increment from one round to the next.
@@ -157,7 +159,7 @@ pub struct Place {
 
 /// A value stored in a result in each passage of a loop.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Store {
+pub struct LoopStore {
     /// Position of the result in the function.
     pub result: usize,
     /// Position in the first passage of the first round; it increases by one with each passage.
@@ -181,18 +183,18 @@ impl ValueId {
 
 /// One operation on earlier values. Conditions are values that are true or false.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Operation {
+pub enum ProgramOperation {
     /// A number.
     Constant(f64),
     /// t.
     Time,
     /// One number of an argument.
-    Load(Argument, u32),
+    Load(FunctionArgument, u32),
     /// In a loop, an argument's number that is at this position in the first passage of a round and moves by one with
     /// each passage.
-    LoadSwept(Argument, Place),
+    LoadSwept(FunctionArgument, StridedPosition),
     /// In a loop, an argument's number at the same position in all passages of a round.
-    LoadRound(Argument, Place),
+    LoadRound(FunctionArgument, StridedPosition),
     /// In a loop, k.
     Counter,
     /// In a loop, r.
@@ -225,30 +227,30 @@ pub enum Operation {
     Select(ValueId, ValueId, ValueId),
 }
 
-impl Operation {
+impl ProgramOperation {
     /// The values it reads, in order.
     pub fn operands(self) -> impl Iterator<Item = ValueId> {
         let [a, b, c] = match self {
-            Operation::Constant(_)
-            | Operation::Time
-            | Operation::Load(..)
-            | Operation::LoadSwept(..)
-            | Operation::LoadRound(..)
-            | Operation::Counter
-            | Operation::Round => [None; 3],
-            Operation::Negate(a)
-            | Operation::Call1(_, a)
-            | Operation::Curve(_, a)
-            | Operation::Not(a) => [Some(a), None, None],
-            Operation::Add(a, b)
-            | Operation::Subtract(a, b)
-            | Operation::Multiply(a, b)
-            | Operation::Divide(a, b)
-            | Operation::Call2(_, a, b)
-            | Operation::Compare(_, a, b)
-            | Operation::And(a, b)
-            | Operation::Or(a, b) => [Some(a), Some(b), None],
-            Operation::Select(a, b, c) => [Some(a), Some(b), Some(c)],
+            ProgramOperation::Constant(_)
+            | ProgramOperation::Time
+            | ProgramOperation::Load(..)
+            | ProgramOperation::LoadSwept(..)
+            | ProgramOperation::LoadRound(..)
+            | ProgramOperation::Counter
+            | ProgramOperation::Round => [None; 3],
+            ProgramOperation::Negate(a)
+            | ProgramOperation::Call1(_, a)
+            | ProgramOperation::Curve(_, a)
+            | ProgramOperation::Not(a) => [Some(a), None, None],
+            ProgramOperation::Add(a, b)
+            | ProgramOperation::Subtract(a, b)
+            | ProgramOperation::Multiply(a, b)
+            | ProgramOperation::Divide(a, b)
+            | ProgramOperation::Call2(_, a, b)
+            | ProgramOperation::Compare(_, a, b)
+            | ProgramOperation::And(a, b)
+            | ProgramOperation::Or(a, b) => [Some(a), Some(b), None],
+            ProgramOperation::Select(a, b, c) => [Some(a), Some(b), Some(c)],
         };
         [a, b, c].into_iter().flatten()
     }
@@ -257,7 +259,10 @@ impl Operation {
     pub fn is_condition(self) -> bool {
         matches!(
             self,
-            Operation::Compare(..) | Operation::And(..) | Operation::Or(..) | Operation::Not(_)
+            ProgramOperation::Compare(..)
+                | ProgramOperation::And(..)
+                | ProgramOperation::Or(..)
+                | ProgramOperation::Not(_)
         )
     }
 }
@@ -339,7 +344,7 @@ impl Program {
     }
 
     /// The function of a kind.
-    pub fn function(&self, kind: FunctionKind) -> &Function {
+    pub fn function(&self, kind: FunctionKind) -> &ProgramFunction {
         // Kinds, table and list have the same order.
         &self.functions[kind as usize]
     }

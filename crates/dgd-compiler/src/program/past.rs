@@ -21,19 +21,19 @@ use super::lower::Derivation;
 use crate::dae::{self, Dae};
 use crate::expr::graph::Comparison;
 use crate::expr::hash::HashMap;
-use crate::expr::{ExprId, Past, Symbol};
+use crate::expr::{DelayedValue, ExprId, Symbol};
 
 /// Position in u of the first number of a kind; there is one for each delayed unknown, or, for sensitivities, for each
 /// direction and delayed unknown. `Present` has none.
-pub(super) fn begin(layout: PastLayout, past: Past) -> usize {
+pub(super) fn begin(layout: PastLayout, past: DelayedValue) -> usize {
     let numbers = match past {
-        Past::Held => layout.held(),
-        Past::Value => layout.values(),
-        Past::Rate => layout.rates(),
-        Past::Curvature => layout.curvatures(),
-        Past::Sensitivity => layout.sensitivities(),
-        Past::SensitivityRate => layout.sensitivity_rates(),
-        Past::Present => return layout.first + layout.len(),
+        DelayedValue::Held => layout.held(),
+        DelayedValue::Value => layout.values(),
+        DelayedValue::Rate => layout.rates(),
+        DelayedValue::Curvature => layout.curvatures(),
+        DelayedValue::Sensitivity => layout.sensitivities(),
+        DelayedValue::SensitivityRate => layout.sensitivity_rates(),
+        DelayedValue::Present => return layout.first + layout.len(),
     };
     numbers.start
 }
@@ -47,8 +47,9 @@ pub(super) fn opened(dae: &Dae) -> Cow<'_, Dae> {
     let mut replacement = HashMap::default();
     let half = dae.graph.constant(0.5);
     for k in 0..u32::try_from(dae.delayed_unknowns.len()).unwrap_or(u32::MAX) {
-        let [held, value, present] = [Past::Held, Past::Value, Past::Present]
-            .map(|past| dae.graph.symbol(Symbol::Past(past, k)));
+        let [held, value, present] =
+            [DelayedValue::Held, DelayedValue::Value, DelayedValue::Present]
+                .map(|past| dae.graph.symbol(Symbol::Past(past, k)));
         let is_held = dae.graph.compare(Comparison::Greater, held, half);
         let opened = dae.graph.select(is_held, value, present);
         replacement.insert(dae.graph.symbol(Symbol::DelayedUnknown(k)), opened);
@@ -94,7 +95,7 @@ impl Derivation<'_> {
         if self.dae.delayed_unknowns.is_empty() {
             return self.graph.gradient(root, wanted);
         }
-        let mut past: Vec<(Past, u32)> = self
+        let mut past: Vec<(DelayedValue, u32)> = self
             .graph
             .symbols(root)
             .into_iter()
@@ -104,7 +105,10 @@ impl Derivation<'_> {
             })
             .collect();
         past.retain(|(past, _)| {
-            !matches!(past, Past::Held | Past::Curvature | Past::SensitivityRate)
+            !matches!(
+                past,
+                DelayedValue::Held | DelayedValue::Curvature | DelayedValue::SensitivityRate
+            )
         });
         let slopes = self.graph.gradient(root, |symbol| match symbol {
             Symbol::Past(kind, k) => past.iter().position(|other| *other == (kind, k)),
@@ -125,7 +129,7 @@ impl Derivation<'_> {
     /// The derivatives of one past value.
     fn of_past(
         &mut self,
-        kind: Past,
+        kind: DelayedValue,
         k: u32,
         wanted: &dyn Fn(Symbol) -> Option<usize>,
     ) -> Vec<(usize, ExprId)> {
@@ -134,23 +138,28 @@ impl Derivation<'_> {
         let tau = self.dae.delay_of(delayed).tau;
         let mut sums = std::collections::BTreeMap::new();
         let rate = match kind {
-            Past::Value => self.graph.symbol(Symbol::Past(Past::Rate, k)),
-            Past::Rate => self.graph.symbol(Symbol::Past(Past::Curvature, k)),
-            Past::Sensitivity => self.graph.symbol(Symbol::Past(Past::SensitivityRate, k)),
-            Past::Present => {
+            DelayedValue::Value => self.graph.symbol(Symbol::Past(DelayedValue::Rate, k)),
+            DelayedValue::Rate => self.graph.symbol(Symbol::Past(DelayedValue::Curvature, k)),
+            DelayedValue::Sensitivity => {
+                self.graph.symbol(Symbol::Past(DelayedValue::SensitivityRate, k))
+            }
+            DelayedValue::Present => {
                 if let Some(place) = wanted(delayed.unknown) {
                     sums.insert(place, self.graph.constant(1.0));
                 }
                 let rate = self.rate(dae::position(delayed.unknown));
-                let rate = rate.unwrap_or_else(|| self.graph.symbol(Symbol::Past(Past::Rate, k)));
+                let rate =
+                    rate.unwrap_or_else(|| self.graph.symbol(Symbol::Past(DelayedValue::Rate, k)));
                 let zero = self.graph.constant(0.0);
                 let is_late = self.graph.compare(Comparison::Greater, tau, zero);
                 self.graph.select(is_late, zero, rate)
             }
-            Past::Held | Past::Curvature | Past::SensitivityRate => return Vec::new(),
+            DelayedValue::Held | DelayedValue::Curvature | DelayedValue::SensitivityRate => {
+                return Vec::new();
+            }
         };
         // α = t − τ; the present value is at t whatever t is.
-        if kind != Past::Present
+        if kind != DelayedValue::Present
             && let Some(place) = wanted(Symbol::Time)
         {
             sums.insert(place, rate);
@@ -182,13 +191,13 @@ impl Derivation<'_> {
     ) {
         let n_v = self.dae.delayed_unknowns.len();
         let value = |symbol| match symbol {
-            Symbol::Past(Past::Value, k) => Some(k as usize),
+            Symbol::Past(DelayedValue::Value, k) => Some(k as usize),
             _ => None,
         };
         for (k, slope) in self.gradient(root, &value) {
             for j in 0..self.directions.len() {
                 let position = u32::try_from(j * n_v + k).unwrap_or(u32::MAX);
-                let s = self.graph.symbol(Symbol::Past(Past::Sensitivity, position));
+                let s = self.graph.symbol(Symbol::Past(DelayedValue::Sensitivity, position));
                 let part = self.graph.multiply(slope, s);
                 self.accumulate(sums, j, part);
             }

@@ -9,23 +9,23 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::rc::Rc;
 
-use super::expressions::{Expressions, Given};
-use super::{Operation, Place};
+use super::expressions::{PlacedNumber, SystemExpressions};
+use super::{ProgramOperation, StridedPosition};
 use crate::dae::Dae;
 use crate::expr::curve::CurveId;
 use crate::expr::hash::{HashMap, HashSet};
-use crate::expr::{ExprId, Graph, Node, Symbol};
+use crate::expr::{ExprGraph, ExprId, Node, Symbol};
 use crate::source::Span;
 
 /// Minimum number of rows that form rounds: two do not show a pattern.
 const FEWEST: usize = 3;
 
 /// One expression in each row.
-pub(super) type Strand = Rc<[ExprId]>;
+pub(super) type RowStrand = Rc<[ExprId]>;
 
 /// All rows of a function that are rounds.
 #[derive(Debug, Default)]
-pub(super) struct Rounds {
+pub(super) struct FunctionRounds {
     pub(super) loops: Vec<InRounds>,
     /// Their families.
     pub(super) families: BTreeSet<usize>,
@@ -38,30 +38,30 @@ pub(super) struct InRounds {
     /// Number of passages in each.
     pub(super) count: u32,
     /// The results of the first row, their positions in the next row, and their values in each.
-    pub(super) numbers: Vec<(Given, usize, Strand)>,
+    pub(super) numbers: Vec<(PlacedNumber, usize, RowStrand)>,
     /// Expressions common to all passages of a round, operands first.
-    pub(super) head: Vec<Strand>,
+    pub(super) head: Vec<RowStrand>,
     /// Expressions that differ from passage to passage, operands first.
-    pub(super) body: Vec<Strand>,
+    pub(super) body: Vec<RowStrand>,
     /// Numbers in which rounds differ, as curves over all rounds, or over all passages.
-    pub(super) listed: HashMap<Strand, CurveId>,
+    pub(super) listed: HashMap<RowStrand, CurveId>,
     /// Operands common to all rounds and passages.
     common: Vec<ExprId>,
 }
 
-impl Rounds {
+impl FunctionRounds {
     /// Finds them among the numbers of a function; `kinds` are groups of related rows, from [`of_one_kind`].
     pub(super) fn find(
-        expressions: &Expressions<'_>,
+        expressions: &SystemExpressions<'_>,
         moving: &HashSet<ExprId>,
         kinds: &[Vec<usize>],
-        numbers: impl Iterator<Item = Given>,
-    ) -> Rounds {
-        let mut plan = Rounds::default();
+        numbers: impl Iterator<Item = PlacedNumber>,
+    ) -> FunctionRounds {
+        let mut plan = FunctionRounds::default();
         if kinds.is_empty() {
             return plan;
         }
-        let mut rows: BTreeMap<usize, Vec<Given>> = BTreeMap::new();
+        let mut rows: BTreeMap<usize, Vec<PlacedNumber>> = BTreeMap::new();
         for given in numbers {
             if let Some(family) = given.1.family {
                 rows.entry(family).or_default().push(given);
@@ -96,9 +96,13 @@ impl Rounds {
 
 impl InRounds {
     /// Sorts its expressions.
-    fn planned(mut self, expressions: &Expressions<'_>, moving: &HashSet<ExprId>) -> InRounds {
-        let mut strands: BTreeSet<Strand> = BTreeSet::new();
-        let mut pending: Vec<Strand> =
+    fn planned(
+        mut self,
+        expressions: &SystemExpressions<'_>,
+        moving: &HashSet<ExprId>,
+    ) -> InRounds {
+        let mut strands: BTreeSet<RowStrand> = BTreeSet::new();
+        let mut pending: Vec<RowStrand> =
             self.numbers.iter().map(|(.., values)| values.clone()).collect();
         while let Some(strand) = pending.pop() {
             if is_one(&strand) && !moving.contains(&strand[0]) {
@@ -109,7 +113,7 @@ impl InRounds {
             }
         }
         // Operands are earlier expressions of a row.
-        let mut passing: HashSet<Strand> = HashSet::default();
+        let mut passing: HashSet<RowStrand> = HashSet::default();
         for strand in strands {
             let listed = expressions.listed(&strand, self.count);
             let moves = match expressions.node(strand[0]) {
@@ -132,12 +136,12 @@ impl InRounds {
 }
 
 /// Whether all rows have the same expression.
-fn is_one(strand: &Strand) -> bool {
+fn is_one(strand: &RowStrand) -> bool {
     strand.iter().all(|id| *id == strand[0])
 }
 
 /// Whether it is a number, or one for each passage, which rounds look up if they differ in it.
-fn is_listed(graph: &Graph, node: Node) -> bool {
+fn is_listed(graph: &ExprGraph, node: Node) -> bool {
     match node {
         Node::Constant(_) => true,
         Node::Curve(_, at) => graph.node(at) == Node::Symbol(Symbol::Counter),
@@ -181,7 +185,7 @@ fn runs<T: PartialEq>(rows: &[usize], step: impl Fn(usize, usize) -> Option<T>) 
 
 /// A step of a parallel traversal of two rows.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Step {
+enum TraversalStep {
     /// Both are numbers, equal or different, one or one for each passage.
     Listed(bool),
     /// The pair of operations was met before: its number.
@@ -190,9 +194,9 @@ enum Step {
     By(i64),
 }
 
-impl Expressions<'_> {
+impl SystemExpressions<'_> {
     /// The operands of expressions of one form; none for numbers listed in rounds.
-    pub(super) fn operands(&self, strand: &Strand) -> impl Iterator<Item = Strand> + use<> {
+    pub(super) fn operands(&self, strand: &RowStrand) -> impl Iterator<Item = RowStrand> + use<> {
         let node = self.node(strand[0]);
         let is_listed = is_listed(self.graph, node) && !is_one(strand);
         let n = if is_listed { 0 } else { node.operands().count() };
@@ -202,7 +206,7 @@ impl Expressions<'_> {
     }
 
     /// The steps from one row to the next; `None` if their forms differ.
-    fn steps(&self, row: &[Given], next: &[Given]) -> Option<Vec<Step>> {
+    fn steps(&self, row: &[PlacedNumber], next: &[PlacedNumber]) -> Option<Vec<TraversalStep>> {
         if row.len() != next.len() {
             return None;
         }
@@ -213,23 +217,23 @@ impl Expressions<'_> {
                 return None;
             }
             let [from, to] = [number.place, of_next.place].map(i64::try_from);
-            steps.push(Step::By(to.ok()? - from.ok()?));
+            steps.push(TraversalStep::By(to.ok()? - from.ok()?));
             let mut pending = vec![(number.value, of_next.value)];
             while let Some((a, b)) = pending.pop() {
                 let [node, of_next] = [a, b].map(|id| self.node(id));
                 let listed = [node, of_next].map(|node| is_listed(self.graph, node));
                 if let (Node::Symbol(_), Node::Symbol(_)) = (node, of_next) {
-                    steps.push(Step::By(i64::from(self.moved(node, of_next)?.by_round)));
+                    steps.push(TraversalStep::By(i64::from(self.moved(node, of_next)?.by_round)));
                 } else if listed[0] || listed[1] {
                     let of_passages = [node, of_next].map(|node| matches!(node, Node::Curve(..)));
                     if listed[0] != listed[1] || of_passages[0] != of_passages[1] {
                         return None;
                     }
-                    steps.push(Step::Listed(of_passages[0]));
+                    steps.push(TraversalStep::Listed(of_passages[0]));
                 } else if node.map(|_| a) != of_next.map(|_| a) {
                     return None;
                 } else if let Some(k) = met.get(&(a, b)) {
-                    steps.push(Step::Met(*k));
+                    steps.push(TraversalStep::Met(*k));
                 } else {
                     met.insert((a, b), met.len());
                     pending.extend(node.operands().zip(of_next.operands()));
@@ -241,26 +245,28 @@ impl Expressions<'_> {
 
     /// The position that two symbols read, and its increment from one to the other; `None` if they read different
     /// arrays, or differ and have no position.
-    fn moved(&self, symbol: Node, of_next: Node) -> Option<Place> {
+    fn moved(&self, symbol: Node, of_next: Node) -> Option<StridedPosition> {
         let (first, next) = match (self.load(symbol), self.load(of_next)) {
-            (Operation::Load(a, i), Operation::Load(b, j)) if a == b => (i, j),
-            (Operation::LoadSwept(a, i), Operation::LoadSwept(b, j)) if a == b => {
+            (ProgramOperation::Load(a, i), ProgramOperation::Load(b, j)) if a == b => (i, j),
+            (ProgramOperation::LoadSwept(a, i), ProgramOperation::LoadSwept(b, j)) if a == b => {
                 (i.first, j.first)
             }
             (a, b) if a == b => (0, 0),
             _ => return None,
         };
         let by_round = i32::try_from(i64::from(next) - i64::from(first)).ok()?;
-        Some(Place { first, by_round })
+        Some(StridedPosition { first, by_round })
     }
 
     /// The operation of a symbol in rounds.
-    pub(super) fn load_in_rounds(&self, strand: &Strand) -> Operation {
+    pub(super) fn load_in_rounds(&self, strand: &RowStrand) -> ProgramOperation {
         let [symbol, of_next] = [0, 1].map(|k| self.node(strand[k]));
         match (self.load(symbol), self.moved(symbol, of_next)) {
-            (Operation::Load(argument, _), Some(place)) => Operation::LoadRound(argument, place),
-            (Operation::LoadSwept(argument, _), Some(place)) => {
-                Operation::LoadSwept(argument, place)
+            (ProgramOperation::Load(argument, _), Some(place)) => {
+                ProgramOperation::LoadRound(argument, place)
+            }
+            (ProgramOperation::LoadSwept(argument, _), Some(place)) => {
+                ProgramOperation::LoadSwept(argument, place)
             }
             (operation, _) => operation,
         }
@@ -268,7 +274,7 @@ impl Expressions<'_> {
 
     /// The numbers in which rounds differ, one for each round or passage, as a curve over all; `None` if a strand is
     /// not a number.
-    fn listed(&self, strand: &Strand, count: u32) -> Option<CurveId> {
+    fn listed(&self, strand: &RowStrand, count: u32) -> Option<CurveId> {
         let node = self.node(strand[0]);
         if is_one(strand) || !is_listed(self.graph, node) {
             return None;

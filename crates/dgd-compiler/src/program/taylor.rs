@@ -29,21 +29,21 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use dgd_signature::{Interpolation, PastLayout};
 
-use super::expressions::Expressions;
+use super::expressions::SystemExpressions;
 use super::lower::Derivation;
-use super::{Operation, ValueId};
+use super::{ProgramOperation, ValueId};
 use crate::dae::Dae;
 use crate::expr::hash::{HashMap, HashSet};
-use crate::expr::intrinsics::{Definition, IntrinsicId};
-use crate::expr::{ExprId, Graph, Node, Symbol};
+use crate::expr::intrinsics::{IntrinsicDefinition, IntrinsicId};
+use crate::expr::{ExprGraph, ExprId, Node, Symbol};
 
 /// Taylor series of a model's solutions.
 #[derive(Debug, Clone)]
-pub struct Taylor {
+pub struct TaylorSeries {
     /// f.
-    pub unknowns: Series,
+    pub unknowns: SharedSeries,
     /// f, ∂f/∂y and ∂f/∂θ.
-    pub sensitivities: Series,
+    pub sensitivities: SharedSeries,
 }
 
 /// The reason why a model has no Taylor series.
@@ -61,15 +61,15 @@ pub enum NoTaylor {
 
 /// Series of expressions with common operations.
 #[derive(Debug, Clone)]
-pub struct Series {
+pub struct SharedSeries {
     /// Operations in order for the coefficients of order 0.
-    pub body: Vec<Operation>,
+    pub body: Vec<ProgramOperation>,
     /// The model's names of values, in ascending order of the value.
     pub names: Vec<(ValueId, String)>,
     /// For each value its coefficients of higher orders, operands first; `None` for constants.
     pub recurrences: Vec<Option<Recurrence>>,
     /// Terms of sums.
-    pub terms: Vec<Term>,
+    pub terms: Vec<ScaledOperand>,
     /// For each value the number under which its coefficients are stored, if recurrences read them at earlier orders.
     pub kept: Vec<Option<usize>>,
     /// Whether a condition or a sign may change along a solution.
@@ -77,14 +77,14 @@ pub struct Series {
     /// Right-hand sides.
     pub f: Vec<ValueId>,
     /// Non-zeros of ∂f/∂y.
-    pub jacobian: Vec<Entry>,
+    pub jacobian: Vec<MatrixEntry>,
     /// Non-zeros of ∂f/∂θ at fixed unknowns; columns are directions.
-    pub directions: Vec<Entry>,
+    pub directions: Vec<MatrixEntry>,
 }
 
 /// A non-zero of a matrix.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Entry {
+pub struct MatrixEntry {
     /// Its row.
     pub row: usize,
     /// Its column.
@@ -102,7 +102,7 @@ pub enum Recurrence {
     Input(u32),
     /// An unknown: yₖ.
     Unknown(u32),
-    /// Σ c aₖ over `count` of the series' [`Series::terms`], from this one on.
+    /// Σ c aₖ over `count` of the series' [`SharedSeries::terms`], from this one on.
     Linear {
         /// Position of the first.
         first: usize,
@@ -133,7 +133,7 @@ pub enum Recurrence {
 
 /// A constant factor.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Factor {
+pub enum ConstantFactor {
     /// 1
     One,
     /// −1
@@ -143,7 +143,7 @@ pub enum Factor {
 }
 
 /// A factor and its operand.
-pub type Term = (Factor, ValueId);
+pub type ScaledOperand = (ConstantFactor, ValueId);
 
 /// Functions with a recurrence that is shorter than the one by their derivative.
 const OWN: &[(&str, OwnRecurrence)] = &[
@@ -210,13 +210,13 @@ impl Recurrence {
     }
 }
 
-impl Series {
+impl SharedSeries {
     /// Constant values read at every order.
     pub fn constants(&self) -> BTreeSet<ValueId> {
         let of_recurrences = self.recurrences.iter().flatten().flat_map(|r| r.constants());
         let of_terms = self.terms.iter().filter_map(|(factor, _)| match factor {
-            Factor::Of(value) => Some(*value),
-            Factor::One | Factor::MinusOne => None,
+            ConstantFactor::Of(value) => Some(*value),
+            ConstantFactor::One | ConstantFactor::MinusOne => None,
         });
         let of_matrix = self.jacobian.iter().map(|entry| entry.value).filter(|v| !self.moves(*v));
         of_recurrences.chain(of_terms).chain(of_matrix).collect()
@@ -234,7 +234,7 @@ impl Series {
 }
 
 /// The Taylor series of a system.
-pub(super) fn taylor(derivation: &mut Derivation<'_>) -> Result<Taylor, NoTaylor> {
+pub(super) fn taylor(derivation: &mut Derivation<'_>) -> Result<TaylorSeries, NoTaylor> {
     let dae = derivation.dae;
     if !dae.arrays.is_empty() || !dae.families.is_empty() {
         return Err(NoTaylor::Arrays);
@@ -245,20 +245,20 @@ pub(super) fn taylor(derivation: &mut Derivation<'_>) -> Result<Taylor, NoTaylor
     if dae.unknowns.iter().any(|unknown| dae.graph.value(unknown.mass) != Some(1.0)) {
         return Err(NoTaylor::Algebraic);
     }
-    let Derivatives { f, jacobian, directions } = derivation.for_taylor();
+    let SystemDerivatives { f, jacobian, directions } = derivation.for_taylor();
     let Derivation { graph, names, .. } = derivation;
     let of_matrices = jacobian.iter().chain(&directions).map(|entry| entry.value);
     if derivatives_go_on(graph, f.iter().copied().chain(of_matrices)) {
         return Err(NoTaylor::Functions);
     }
-    Ok(Taylor {
-        unknowns: Builder::new(graph, names, dae).series(&f, &[], &[]),
-        sensitivities: Builder::new(graph, names, dae).series(&f, &jacobian, &directions),
+    Ok(TaylorSeries {
+        unknowns: RecurrenceBuilder::new(graph, names, dae).series(&f, &[], &[]),
+        sensitivities: RecurrenceBuilder::new(graph, names, dae).series(&f, &jacobian, &directions),
     })
 }
 
 /// Whether a function whose derivatives never close is applied to a varying argument.
-fn derivatives_go_on(graph: &Graph, roots: impl Iterator<Item = ExprId>) -> bool {
+fn derivatives_go_on(graph: &ExprGraph, roots: impl Iterator<Item = ExprId>) -> bool {
     let [lgamma, polygamma] = ["lgamma", "polygamma"].map(IntrinsicId::named);
     if !graph.calls(lgamma) && !graph.calls(polygamma) {
         return false;
@@ -282,43 +282,43 @@ pub(super) struct NonZero {
 }
 
 /// f, and the non-zeros of ∂f/∂y and ∂f/∂θ.
-pub(super) struct Derivatives {
+pub(super) struct SystemDerivatives {
     pub(super) f: Vec<ExprId>,
     pub(super) jacobian: Vec<NonZero>,
     pub(super) directions: Vec<NonZero>,
 }
 
 /// A varying expression as φ(x): pairs of x and φ'(x).
-type Slopes = Vec<(ExprId, ExprId)>;
+type ChainSlopes = Vec<(ExprId, ExprId)>;
 
 /// Recurrence of a varying value, before sums are gathered.
 #[derive(Debug, Clone)]
-enum Continued {
+enum ContinuedRecurrence {
     By(Recurrence),
-    Sum(Vec<Term>),
+    Sum(Vec<ScaledOperand>),
 }
 
-struct Builder<'a> {
-    graph: &'a mut Graph,
+struct RecurrenceBuilder<'a> {
+    graph: &'a mut ExprGraph,
     names: &'a BTreeMap<ExprId, String>,
     dae: &'a Dae,
     moving: HashSet<ExprId>,
     /// Those that are linear in time.
     lines: HashSet<ExprId>,
     /// Functions with a recurrence by their derivatives.
-    slopes: HashMap<ExprId, Slopes>,
-    body: Vec<Operation>,
+    slopes: HashMap<ExprId, ChainSlopes>,
+    body: Vec<ProgramOperation>,
     values: HashMap<ExprId, ValueId>,
-    recurrences: BTreeMap<ValueId, Continued>,
+    recurrences: BTreeMap<ValueId, ContinuedRecurrence>,
     /// Quotients that recurrences also need: c/a by the bits of c, and a.
     quotients: HashMap<(u64, ValueId), ValueId>,
     /// Positions of the two products in the recurrence of functions of two arguments.
     parts: HashMap<ExprId, [ValueId; 2]>,
 }
 
-impl<'a> Builder<'a> {
-    fn new(graph: &'a mut Graph, names: &'a BTreeMap<ExprId, String>, dae: &'a Dae) -> Self {
-        Builder {
+impl<'a> RecurrenceBuilder<'a> {
+    fn new(graph: &'a mut ExprGraph, names: &'a BTreeMap<ExprId, String>, dae: &'a Dae) -> Self {
+        RecurrenceBuilder {
             graph,
             names,
             dae,
@@ -333,7 +333,12 @@ impl<'a> Builder<'a> {
         }
     }
 
-    fn series(mut self, f: &[ExprId], jacobian: &[NonZero], directions: &[NonZero]) -> Series {
+    fn series(
+        mut self,
+        f: &[ExprId],
+        jacobian: &[NonZero],
+        directions: &[NonZero],
+    ) -> SharedSeries {
         let entries = jacobian.iter().chain(directions).map(|entry| entry.value);
         let mut roots: Vec<ExprId> = f.iter().copied().chain(entries).collect();
         self.rewrite_powers(&mut roots);
@@ -358,18 +363,18 @@ impl<'a> Builder<'a> {
         let kept = self.kept(&roots[f.len()..f.len() + jacobian.len()]);
         let mut values = roots.iter().map(|root| self.values[root]);
         let f = values.by_ref().take(f.len()).collect();
-        let mut entries = |all: &[NonZero]| -> Vec<Entry> {
+        let mut entries = |all: &[NonZero]| -> Vec<MatrixEntry> {
             let named = all.iter().zip(values.by_ref());
-            named.map(|(at, value)| Entry { row: at.row, column: at.column, value }).collect()
+            named.map(|(at, value)| MatrixEntry { row: at.row, column: at.column, value }).collect()
         };
         let (jacobian, directions) = (entries(jacobian), entries(directions));
         let recurrences = (0..self.body.len()).map(|i| match self.recurrences.get(&value_at(i)) {
-            Some(Continued::By(recurrence)) => Some(*recurrence),
-            Some(Continued::Sum(_)) | None => None,
+            Some(ContinuedRecurrence::By(recurrence)) => Some(*recurrence),
+            Some(ContinuedRecurrence::Sum(_)) | None => None,
         });
         let recurrences = recurrences.collect();
         let has_branches = order.iter().any(|id| self.branches(*id));
-        Series {
+        SharedSeries {
             body: self.body,
             names,
             recurrences,
@@ -437,18 +442,18 @@ impl<'a> Builder<'a> {
     }
 
     /// The slopes of a function without a recurrence of its own, with respect to its varying arguments.
-    fn slopes_of(&mut self, id: ExprId) -> Slopes {
+    fn slopes_of(&mut self, id: ExprId) -> ChainSlopes {
         let slopes = match self.graph.node(id) {
             Node::Call1(f, x) if own_recurrence(f).is_none() => match f.get().definition {
-                Definition::One { derivative, .. } => vec![(x, derivative(self.graph, x))],
-                Definition::Two { .. } | Definition::Expansion(..) => Vec::new(),
+                IntrinsicDefinition::One { derivative, .. } => vec![(x, derivative(self.graph, x))],
+                IntrinsicDefinition::Two { .. } | IntrinsicDefinition::Expansion(..) => Vec::new(),
             },
             Node::Call2(f, x, y) if own_recurrence(f).is_none() => match f.get().definition {
-                Definition::Two { derivative, .. } => {
+                IntrinsicDefinition::Two { derivative, .. } => {
                     let [by_x, by_y] = derivative(self.graph, x, y);
                     vec![(x, by_x), (y, by_y)]
                 }
-                Definition::One { .. } | Definition::Expansion(..) => Vec::new(),
+                IntrinsicDefinition::One { .. } | IntrinsicDefinition::Expansion(..) => Vec::new(),
             },
             Node::Curve(curve, x) => vec![(x, self.graph.slope_of_curve(curve, x))],
             _ => Vec::new(),
@@ -505,7 +510,7 @@ impl<'a> Builder<'a> {
     /// Whether a function is piecewise constant in its argument.
     fn is_flat(&mut self, f: IntrinsicId, a: ExprId) -> bool {
         match f.get().definition {
-            Definition::One { derivative, .. } if own_recurrence(f).is_none() => {
+            IntrinsicDefinition::One { derivative, .. } if own_recurrence(f).is_none() => {
                 let slope = derivative(self.graph, a);
                 self.graph.value(slope) == Some(0.0)
             }
@@ -539,12 +544,12 @@ impl<'a> Builder<'a> {
             Symbol::Unknown(i) => Some(Recurrence::Unknown(i)),
             Symbol::Time => Some(Recurrence::Time),
             Symbol::Input(i) => {
-                let (inputs, late) = (&self.dae.inputs, &self.dae.delayed_inputs);
+                let (inputs, delayed) = (&self.dae.inputs, &self.dae.delayed_inputs);
                 let position = i as usize;
                 let input = match position.checked_sub(inputs.len()) {
                     None => Some(position),
                     // The slopes of the delayed inputs follow these.
-                    Some(position) => late.get(position).map(|late| late.input),
+                    Some(position) => delayed.get(position).map(|delayed| delayed.input),
                 };
                 (inputs[input?].interpolation == Interpolation::Linear)
                     .then_some(Recurrence::Input(i))
@@ -553,7 +558,7 @@ impl<'a> Builder<'a> {
         }
     }
 
-    fn push(&mut self, operation: Operation) -> ValueId {
+    fn push(&mut self, operation: ProgramOperation) -> ValueId {
         let value = value_at(self.body.len());
         self.body.push(operation);
         value
@@ -563,12 +568,12 @@ impl<'a> Builder<'a> {
     fn place(&mut self, id: ExprId) -> ValueId {
         let node = self.graph.node(id);
         if self.slopes.get(&id).is_some_and(|slopes| slopes.len() == 2) {
-            let parts = [(); 2].map(|()| self.push(Operation::Constant(0.0)));
+            let parts = [(); 2].map(|()| self.push(ProgramOperation::Constant(0.0)));
             self.parts.insert(id, parts);
         }
         let values = &self.values;
         let past = PastLayout { first: 0, n_v: 0, n_s: 0 };
-        let expressions = Expressions { graph: self.graph, dae: self.dae, past };
+        let expressions = SystemExpressions { graph: self.graph, dae: self.dae, past };
         let operation = expressions.operation(node, |operand| values[&operand]);
         let value = self.push(operation);
         self.values.insert(id, value);
@@ -598,47 +603,47 @@ impl<'a> Builder<'a> {
         if let Some(value) = self.quotients.get(&key) {
             return *value;
         }
-        let numerator = self.push(Operation::Constant(numerator));
-        let value = self.push(Operation::Divide(numerator, a));
+        let numerator = self.push(ProgramOperation::Constant(numerator));
+        let value = self.push(ProgramOperation::Divide(numerator, a));
         self.quotients.insert(key, value);
         value
     }
 
     /// Recurrence of a varying expression.
-    fn recurrence(&mut self, id: ExprId) -> Continued {
-        use Factor::{MinusOne, Of, One};
+    fn recurrence(&mut self, id: ExprId) -> ContinuedRecurrence {
+        use ConstantFactor::{MinusOne, Of, One};
         let moving = |a: ExprId| self.moving.contains(&a).then(|| self.values[&a]);
         let value = |a: ExprId| self.values[&a];
         let only = |a: Option<ValueId>| {
             a.unwrap_or_else(|| unreachable!("an expression moves because an operand does"))
         };
-        Continued::By(match self.graph.node(id) {
+        ContinuedRecurrence::By(match self.graph.node(id) {
             Node::Symbol(symbol) => self
                 .symbol(symbol)
                 .unwrap_or_else(|| unreachable!("{symbol:?} is not among those that move")),
-            Node::Negate(a) => return Continued::Sum(vec![(MinusOne, value(a))]),
+            Node::Negate(a) => return ContinuedRecurrence::Sum(vec![(MinusOne, value(a))]),
             Node::Add(a, b) => {
                 let terms = [moving(a), moving(b)].into_iter().flatten();
-                return Continued::Sum(terms.map(|a| (One, a)).collect());
+                return ContinuedRecurrence::Sum(terms.map(|a| (One, a)).collect());
             }
             Node::Subtract(a, b) => {
                 let terms = [(One, moving(a)), (MinusOne, moving(b))];
                 let terms = terms.into_iter().filter_map(|(factor, a)| Some((factor, a?)));
-                return Continued::Sum(terms.collect());
+                return ContinuedRecurrence::Sum(terms.collect());
             }
             Node::Multiply(a, b) => match (moving(a), moving(b)) {
                 (Some(x), Some(y)) if x == y => Recurrence::Square(x),
                 (Some(x), Some(y)) if self.lines.contains(&a) => Recurrence::MultiplyLine(x, y),
                 (Some(x), Some(y)) if self.lines.contains(&b) => Recurrence::MultiplyLine(y, x),
                 (Some(x), Some(y)) => Recurrence::Multiply(x, y),
-                (Some(x), None) => return Continued::Sum(vec![(Of(value(b)), x)]),
-                (None, y) => return Continued::Sum(vec![(Of(value(a)), only(y))]),
+                (Some(x), None) => return ContinuedRecurrence::Sum(vec![(Of(value(b)), x)]),
+                (None, y) => return ContinuedRecurrence::Sum(vec![(Of(value(a)), only(y))]),
             },
             Node::Divide(a, b) => match (moving(a), moving(b)) {
                 (numerator, Some(b)) => Recurrence::Divide(numerator, b, self.quotient(1.0, b)),
                 (numerator, None) => {
                     let (b, numerator) = (value(b), only(numerator));
-                    return Continued::Sum(vec![(Of(self.quotient(1.0, b)), numerator)]);
+                    return ContinuedRecurrence::Sum(vec![(Of(self.quotient(1.0, b)), numerator)]);
                 }
             },
             Node::Select(c, a, b) => Recurrence::Select(value(c), moving(a), moving(b)),
@@ -670,25 +675,25 @@ impl<'a> Builder<'a> {
     }
 
     /// v̇ = Σ dᵢ ẋᵢ.
-    fn by_slopes(&mut self, id: ExprId) -> Continued {
+    fn by_slopes(&mut self, id: ExprId) -> ContinuedRecurrence {
         let slopes = self.slopes[&id].clone();
-        let parts: Vec<Continued> = slopes
+        let parts: Vec<ContinuedRecurrence> = slopes
             .iter()
             .map(|(argument, slope)| {
                 let (x, d) = (self.values[argument], self.values[slope]);
                 if self.moving.contains(slope) {
-                    Continued::By(Recurrence::Chain(x, d))
+                    ContinuedRecurrence::By(Recurrence::Chain(x, d))
                 } else {
-                    Continued::Sum(vec![(Factor::Of(d), x)])
+                    ContinuedRecurrence::Sum(vec![(ConstantFactor::Of(d), x)])
                 }
             })
             .collect();
-        match <[Continued; 2]>::try_from(parts) {
+        match <[ContinuedRecurrence; 2]>::try_from(parts) {
             // The parts precede v.
             Ok(parts) => {
                 let places = self.parts[&id];
                 self.recurrences.extend(places.into_iter().zip(parts));
-                Continued::Sum(places.map(|part| (Factor::One, part)).to_vec())
+                ContinuedRecurrence::Sum(places.map(|part| (ConstantFactor::One, part)).to_vec())
             }
             Err(mut one) => one
                 .pop()
@@ -699,32 +704,32 @@ impl<'a> Builder<'a> {
     /// Turns nested sums into one sum each, and returns the terms of all.
     ///
     /// A sum that only one other sum reads becomes part of that sum.
-    fn gather(&mut self, results: &[ValueId]) -> Vec<Term> {
+    fn gather(&mut self, results: &[ValueId]) -> Vec<ScaledOperand> {
         let mut readers: HashMap<ValueId, usize> = HashMap::default();
         let mut pinned: HashSet<ValueId> = results.iter().copied().collect();
         for recurrence in self.recurrences.values() {
             match recurrence {
-                Continued::Sum(terms) => {
+                ContinuedRecurrence::Sum(terms) => {
                     for (_, value) in terms {
                         *readers.entry(*value).or_insert(0) += 1;
                     }
                 }
-                Continued::By(recurrence) => pinned.extend(recurrence.operands()),
+                ContinuedRecurrence::By(recurrence) => pinned.extend(recurrence.operands()),
             }
         }
-        let mut inner: HashMap<ValueId, Vec<Term>> = HashMap::default();
+        let mut inner: HashMap<ValueId, Vec<ScaledOperand>> = HashMap::default();
         for (value, recurrence) in &self.recurrences {
-            if let Continued::Sum(terms) = recurrence
+            if let ContinuedRecurrence::Sum(terms) = recurrence
                 && readers.get(value) == Some(&1)
                 && !pinned.contains(value)
             {
                 inner.insert(*value, terms.clone());
             }
         }
-        let sums: Vec<(ValueId, Vec<Term>)> = (self.recurrences.iter())
+        let sums: Vec<(ValueId, Vec<ScaledOperand>)> = (self.recurrences.iter())
             .filter_map(|(value, recurrence)| match recurrence {
-                Continued::Sum(terms) => Some((*value, terms.clone())),
-                Continued::By(_) => None,
+                ContinuedRecurrence::Sum(terms) => Some((*value, terms.clone())),
+                ContinuedRecurrence::By(_) => None,
             })
             .collect();
         let mut listed = Vec::new();
@@ -736,15 +741,19 @@ impl<'a> Builder<'a> {
             let first = listed.len();
             listed.extend(self.flattened(terms, &inner));
             let linear = Recurrence::Linear { first, count: listed.len() - first };
-            self.recurrences.insert(sum, Continued::By(linear));
+            self.recurrences.insert(sum, ContinuedRecurrence::By(linear));
         }
         listed
     }
 
     /// The terms of a sum, with inner sums replaced by their terms.
-    fn flattened(&mut self, terms: Vec<Term>, inner: &HashMap<ValueId, Vec<Term>>) -> Vec<Term> {
+    fn flattened(
+        &mut self,
+        terms: Vec<ScaledOperand>,
+        inner: &HashMap<ValueId, Vec<ScaledOperand>>,
+    ) -> Vec<ScaledOperand> {
         let mut pending = terms;
-        let mut flat: BTreeMap<ValueId, Factor> = BTreeMap::new();
+        let mut flat: BTreeMap<ValueId, ConstantFactor> = BTreeMap::new();
         while let Some((factor, value)) = pending.pop() {
             if let Some(terms) = inner.get(&value) {
                 for (own, value) in terms {
@@ -760,7 +769,7 @@ impl<'a> Builder<'a> {
             }
         }
         // In the order in which values become available: no term waits for a later one.
-        let mut terms: Vec<Term> =
+        let mut terms: Vec<ScaledOperand> =
             flat.into_iter().map(|(value, factor)| (factor, value)).collect();
         terms.sort_by_key(|(_, value)| !self.is_of_symbol(*value));
         terms
@@ -769,27 +778,33 @@ impl<'a> Builder<'a> {
     /// Whether the series of a value is available before those of expressions.
     fn is_of_symbol(&self, value: ValueId) -> bool {
         use Recurrence::{Input, Time, Unknown};
-        matches!(self.recurrences.get(&value), Some(Continued::By(Unknown(_) | Input(_) | Time)))
+        matches!(
+            self.recurrences.get(&value),
+            Some(ContinuedRecurrence::By(Unknown(_) | Input(_) | Time))
+        )
     }
 
-    fn product(&mut self, a: Factor, b: Factor) -> Factor {
+    fn product(&mut self, a: ConstantFactor, b: ConstantFactor) -> ConstantFactor {
         match (a, b) {
-            (Factor::One, other) | (other, Factor::One) => other,
-            (Factor::MinusOne, Factor::MinusOne) => Factor::One,
-            (Factor::MinusOne, Factor::Of(a)) | (Factor::Of(a), Factor::MinusOne) => {
-                Factor::Of(self.push(Operation::Negate(a)))
+            (ConstantFactor::One, other) | (other, ConstantFactor::One) => other,
+            (ConstantFactor::MinusOne, ConstantFactor::MinusOne) => ConstantFactor::One,
+            (ConstantFactor::MinusOne, ConstantFactor::Of(a))
+            | (ConstantFactor::Of(a), ConstantFactor::MinusOne) => {
+                ConstantFactor::Of(self.push(ProgramOperation::Negate(a)))
             }
-            (Factor::Of(a), Factor::Of(b)) => Factor::Of(self.push(Operation::Multiply(a, b))),
+            (ConstantFactor::Of(a), ConstantFactor::Of(b)) => {
+                ConstantFactor::Of(self.push(ProgramOperation::Multiply(a, b)))
+            }
         }
     }
 
-    fn sum(&mut self, a: Factor, b: Factor) -> Factor {
+    fn sum(&mut self, a: ConstantFactor, b: ConstantFactor) -> ConstantFactor {
         let [a, b] = [a, b].map(|factor| match factor {
-            Factor::One => self.push(Operation::Constant(1.0)),
-            Factor::MinusOne => self.push(Operation::Constant(-1.0)),
-            Factor::Of(value) => value,
+            ConstantFactor::One => self.push(ProgramOperation::Constant(1.0)),
+            ConstantFactor::MinusOne => self.push(ProgramOperation::Constant(-1.0)),
+            ConstantFactor::Of(value) => value,
         });
-        Factor::Of(self.push(Operation::Add(a, b)))
+        ConstantFactor::Of(self.push(ProgramOperation::Add(a, b)))
     }
 
     /// Numbers for the values that recurrences read at earlier orders, including the `entries` of a matrix that is
@@ -797,7 +812,7 @@ impl<'a> Builder<'a> {
     fn kept(&self, entries: &[ExprId]) -> Vec<Option<usize>> {
         let mut wanted: BTreeSet<ValueId> = BTreeSet::new();
         for (value, recurrence) in &self.recurrences {
-            let Continued::By(recurrence) = recurrence else { continue };
+            let ContinuedRecurrence::By(recurrence) = recurrence else { continue };
             match *recurrence {
                 Recurrence::Multiply(a, b)
                 | Recurrence::MultiplyLine(a, b)

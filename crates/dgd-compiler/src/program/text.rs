@@ -2,12 +2,13 @@
 
 use std::fmt;
 
-use dgd_signature::arrays::{Array, Family, OutputArray, Run};
+use dgd_signature::arrays::{Array, Family, OutputArray, PatternRun};
 use dgd_signature::{Direction, Discrete, Signature, Transition, Trigger, Unknowns};
 
 use super::{
-    Argument, Entry, Factor, Function, FunctionKind, Loop, NoTaylor, Operation, Place, Program,
-    RUNS, Recurrence, ResultKind, Series, Store, Taylor, ValueId,
+    ConstantFactor, FunctionArgument, FunctionKind, Loop, LoopStore, MatrixEntry, NoTaylor,
+    Program, ProgramFunction, ProgramOperation, RUNS, Recurrence, ResultKind, SharedSeries,
+    StridedPosition, TaylorSeries, ValueId,
 };
 use crate::expr::display::number;
 
@@ -33,7 +34,7 @@ impl fmt::Display for Program {
             writeln!(f, "  w[{first}..{end}] = {name}[{lower}..{upper}] [{}]", unit.symbol)?;
             first += count;
         }
-        write_late(signature, f)?;
+        write_delays(signature, f)?;
         for (j, direction) in signature.directions.iter().enumerate() {
             match *direction {
                 Direction::Parameter(i) => {
@@ -58,7 +59,7 @@ impl fmt::Display for Program {
             let Some(pattern) = self.pattern(kind) else { continue };
             let single = pattern.rows.iter().zip(pattern.columns.iter());
             let mut places: Vec<String> = single.map(|(r, c)| format!("({r},{c})")).collect();
-            for Run { row, column, diagonal, count } in pattern.runs.iter() {
+            for PatternRun { row, column, diagonal, count } in pattern.runs.iter() {
                 let moves = if *diagonal { "+k" } else { "" };
                 places.push(format!("({row}+k,{column}{moves}) for k < {count}"));
             }
@@ -67,7 +68,7 @@ impl fmt::Display for Program {
         let mut functions = self.functions.iter().filter(|function| self.computes(function.kind));
         functions.try_for_each(|function| write!(f, "{function}"))?;
         match &self.taylor {
-            Ok(Taylor { unknowns, sensitivities }) => {
+            Ok(TaylorSeries { unknowns, sensitivities }) => {
                 write!(f, "\nseries of f\n{unknowns}")?;
                 write!(f, "\nseries of f and its derivatives\n{sensitivities}")
             }
@@ -93,7 +94,7 @@ fn write_unknowns(program: &Program, f: &mut fmt::Formatter<'_>) -> fmt::Result 
             (false, false) => "0",
         };
         let (name, unit) = (&unknown.name, &unknown.unit.symbol);
-        let equation = program.signature.equations.at(i);
+        let equation = program.signature.equations.get(i);
         writeln!(f, "  y[{i}] = {name} [{unit}]: {row} = f[{i}] by `{equation}`")?;
     }
     let mut first = single.len();
@@ -113,7 +114,7 @@ fn write_unknowns(program: &Program, f: &mut fmt::Formatter<'_>) -> fmt::Result 
 }
 
 /// Delayed outputs, inputs and unknowns.
-fn write_late(signature: &Signature, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+fn write_delays(signature: &Signature, f: &mut fmt::Formatter<'_>) -> fmt::Result {
     let Signature { inputs, delays, delayed_inputs, .. } = signature;
     for (i, delayed) in delayed_inputs.iter().enumerate() {
         let (name, tau) = (&inputs[delayed.input].name, &delays[delayed.delay]);
@@ -174,7 +175,7 @@ fn write_discrete(discrete: &Discrete, f: &mut fmt::Formatter<'_>) -> fmt::Resul
 }
 
 /// Initial values, then the coefficients of order k of those that vary.
-impl fmt::Display for Series {
+impl fmt::Display for SharedSeries {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let mut names = self.names.iter().peekable();
         for (i, operation) in self.body.iter().enumerate() {
@@ -192,7 +193,7 @@ impl fmt::Display for Series {
         let f_row: Vec<String> = self.f.iter().map(ToString::to_string).collect();
         writeln!(f, "  f = [{}]", f_row.join(", "))?;
         for (name, entries) in [("df/dy", &self.jacobian), ("df/dtheta", &self.directions)] {
-            for Entry { row, column, value } in entries {
+            for MatrixEntry { row, column, value } in entries {
                 writeln!(f, "  {name}({row},{column}) = {value}")?;
             }
         }
@@ -200,7 +201,7 @@ impl fmt::Display for Series {
     }
 }
 
-impl Series {
+impl SharedSeries {
     /// A recurrence as a formula of whole series, or of their coefficients if it is linear.
     fn spelt(&self, own: ValueId, recurrence: Recurrence) -> String {
         let part = |a: Option<ValueId>| a.map_or("0".to_owned(), |a| format!("{a}[k]"));
@@ -211,9 +212,9 @@ impl Series {
             Recurrence::Linear { first, count } => {
                 let terms =
                     self.terms[first..first + count].iter().map(|(factor, a)| match factor {
-                        Factor::One => format!("{a}[k]"),
-                        Factor::MinusOne => format!("-{a}[k]"),
-                        Factor::Of(c) => format!("{c} * {a}[k]"),
+                        ConstantFactor::One => format!("{a}[k]"),
+                        ConstantFactor::MinusOne => format!("-{a}[k]"),
+                        ConstantFactor::Of(c) => format!("{c} * {a}[k]"),
                     });
                 terms.collect::<Vec<_>>().join(" + ")
             }
@@ -234,7 +235,7 @@ impl Series {
     }
 }
 
-impl fmt::Display for Function {
+impl fmt::Display for ProgramFunction {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let spec = self.kind.spec();
         writeln!(f, "\nfunction {}", spec.name)?;
@@ -256,7 +257,7 @@ impl fmt::Display for Function {
         }
         for Loop { rounds, head, count, body, stores } in &self.loops {
             let mut value = self.body.len()..;
-            let mut write_all = |f: &mut fmt::Formatter<'_>, operations: &[Operation]| {
+            let mut write_all = |f: &mut fmt::Formatter<'_>, operations: &[ProgramOperation]| {
                 let mut remaining = operations.iter().zip(&mut value);
                 remaining.try_for_each(|(operation, k)| writeln!(f, "    %{k} = {operation}"))
             };
@@ -268,8 +269,8 @@ impl fmt::Display for Function {
                 writeln!(f, "  for k in 0..{}", count - 1)?;
             }
             write_all(f, body)?;
-            for Store { result, first, by_round, value } in stores {
-                let (result, by) = (spec.results[*result], Rounds(*by_round as i64));
+            for LoopStore { result, first, by_round, value } in stores {
+                let (result, by) = (spec.results[*result], RoundOffset(*by_round as i64));
                 let k = if *count > 1 { "+k" } else { "" };
                 writeln!(f, "    {result:?}[{first}{by}{k}] = {value}")?;
             }
@@ -279,9 +280,9 @@ impl fmt::Display for Function {
 }
 
 /// Displacement of a position in round r.
-struct Rounds(i64);
+struct RoundOffset(i64);
 
-impl fmt::Display for Rounds {
+impl fmt::Display for RoundOffset {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self.0 {
             0 => Ok(()),
@@ -298,47 +299,49 @@ impl fmt::Display for ValueId {
     }
 }
 
-impl fmt::Display for Operation {
+impl fmt::Display for ProgramOperation {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match *self {
-            Operation::Constant(value) => write!(f, "{}", number(value)),
-            Operation::Time => write!(f, "t"),
-            Operation::LoadSwept(argument, Place { first, by_round }) => {
-                write!(f, "{}[{first}{}+k]", argument.symbol(), Rounds(by_round.into()))
+            ProgramOperation::Constant(value) => write!(f, "{}", number(value)),
+            ProgramOperation::Time => write!(f, "t"),
+            ProgramOperation::LoadSwept(argument, StridedPosition { first, by_round }) => {
+                write!(f, "{}[{first}{}+k]", argument.symbol(), RoundOffset(by_round.into()))
             }
-            Operation::LoadRound(argument, Place { first, by_round }) => {
-                write!(f, "{}[{first}{}]", argument.symbol(), Rounds(by_round.into()))
+            ProgramOperation::LoadRound(argument, StridedPosition { first, by_round }) => {
+                write!(f, "{}[{first}{}]", argument.symbol(), RoundOffset(by_round.into()))
             }
-            Operation::Counter => write!(f, "k"),
-            Operation::Round => write!(f, "r"),
-            Operation::Load(argument, i) => write!(f, "{}[{i}]", argument.symbol()),
-            Operation::Negate(a) => write!(f, "-{a}"),
-            Operation::Add(a, b) => write!(f, "{a} + {b}"),
-            Operation::Subtract(a, b) => write!(f, "{a} - {b}"),
-            Operation::Multiply(a, b) => write!(f, "{a} * {b}"),
-            Operation::Divide(a, b) => write!(f, "{a} / {b}"),
-            Operation::Call1(function, a) => write!(f, "{}({a})", function.get().name),
-            Operation::Call2(function, a, b) => write!(f, "{}({a}, {b})", function.get().name),
-            Operation::Curve(curve, a) => write!(f, "{}({a})", curve.get().name),
-            Operation::Compare(c, a, b) => write!(f, "{a} {} {b}", c.spelling()),
-            Operation::And(a, b) => write!(f, "{a} and {b}"),
-            Operation::Or(a, b) => write!(f, "{a} or {b}"),
-            Operation::Not(a) => write!(f, "not {a}"),
-            Operation::Select(c, a, b) => write!(f, "if {c} then {a} else {b}"),
+            ProgramOperation::Counter => write!(f, "k"),
+            ProgramOperation::Round => write!(f, "r"),
+            ProgramOperation::Load(argument, i) => write!(f, "{}[{i}]", argument.symbol()),
+            ProgramOperation::Negate(a) => write!(f, "-{a}"),
+            ProgramOperation::Add(a, b) => write!(f, "{a} + {b}"),
+            ProgramOperation::Subtract(a, b) => write!(f, "{a} - {b}"),
+            ProgramOperation::Multiply(a, b) => write!(f, "{a} * {b}"),
+            ProgramOperation::Divide(a, b) => write!(f, "{a} / {b}"),
+            ProgramOperation::Call1(function, a) => write!(f, "{}({a})", function.get().name),
+            ProgramOperation::Call2(function, a, b) => {
+                write!(f, "{}({a}, {b})", function.get().name)
+            }
+            ProgramOperation::Curve(curve, a) => write!(f, "{}({a})", curve.get().name),
+            ProgramOperation::Compare(c, a, b) => write!(f, "{a} {} {b}", c.spelling()),
+            ProgramOperation::And(a, b) => write!(f, "{a} and {b}"),
+            ProgramOperation::Or(a, b) => write!(f, "{a} or {b}"),
+            ProgramOperation::Not(a) => write!(f, "not {a}"),
+            ProgramOperation::Select(c, a, b) => write!(f, "if {c} then {a} else {b}"),
         }
     }
 }
 
-impl Argument {
+impl FunctionArgument {
     /// Its symbol in formulas.
     pub fn symbol(self) -> &'static str {
         match self {
-            Argument::Y => "y",
-            Argument::U => "u",
-            Argument::P => "p",
-            Argument::Udot => "udot",
-            Argument::S => "s",
-            Argument::Z => "z",
+            FunctionArgument::Y => "y",
+            FunctionArgument::U => "u",
+            FunctionArgument::P => "p",
+            FunctionArgument::Udot => "udot",
+            FunctionArgument::S => "s",
+            FunctionArgument::Z => "z",
         }
     }
 }

@@ -3,7 +3,7 @@
 //! Printing an [`Ast`] and parsing the text again gives the same tree, apart from places. Names and units are not
 //! resolved.
 
-use crate::diagnostics::Reported;
+use crate::diagnostics::ErrorReported;
 use crate::source::{SourceId, Span};
 use crate::units::{self, OwnUnits, UnitError, parse_unit_with};
 
@@ -16,7 +16,7 @@ pub struct Ast {
     pub source: SourceId,
     /// `model NAME`; a file with neither this nor `effect` is a library of constants, `let`s and
     /// functions.
-    pub model: Option<Header>,
+    pub model: Option<ModelHeader>,
     /// `effect NAME …` and the clauses with its changes to a model.
     pub effect: Option<EffectHeader>,
     /// Items in the order written.
@@ -28,7 +28,7 @@ pub struct Ast {
 
 /// `model NAME` with the doc comment above it.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Header {
+pub struct ModelHeader {
     /// Lines of the doc comment, without `///`.
     pub doc: Vec<String>,
     /// The model's name.
@@ -43,30 +43,30 @@ pub struct EffectHeader {
     /// The effect's name.
     pub name: Name,
     /// Its possible targets.
-    pub target: Target,
+    pub target: EffectTarget,
     /// `kind`, `form`, `null`, `replace` and `add`, in the order written. Their order relative to the items is
     /// irrelevant and not stored.
-    pub clauses: Vec<Clause>,
+    pub clauses: Vec<EffectClause>,
 }
 
 /// The possible targets of an effect.
 #[derive(Debug, Clone, PartialEq)]
-pub enum Target {
+pub enum EffectTarget {
     /// `on MODEL`: this model and no other.
     Model(Name),
     /// `(y: output [Pa], x: state)`: any model with items of these kinds.
-    Template(Vec<Slot>),
+    Template(Vec<TemplateSlot>),
 }
 
 /// An argument of a template.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Slot {
+pub struct TemplateSlot {
     /// Its name in the effect.
     pub name: Name,
     /// Its kind.
     pub kind: SlotKind,
     /// A unit of its dimension; any dimension without one.
-    pub unit: Option<Unit>,
+    pub unit: Option<WrittenUnit>,
 }
 
 /// The kind of an argument of a template.
@@ -109,7 +109,7 @@ impl SlotKind {
 
 /// A line of an effect that is not a declaration.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Clause {
+pub struct EffectClause {
     /// Its place, from the keyword to the last token.
     pub span: Span,
     /// Doc comment lines.
@@ -223,7 +223,7 @@ pub enum ItemKind {
         /// Name.
         name: Name,
         /// Unit in brackets; dimensionless without one.
-        unit: Option<Unit>,
+        unit: Option<WrittenUnit>,
         /// Value.
         value: Expr,
     },
@@ -232,7 +232,7 @@ pub enum ItemKind {
         /// Name.
         name: Name,
         /// Unit in brackets.
-        unit: Option<Unit>,
+        unit: Option<WrittenUnit>,
         /// Value.
         value: Expr,
         /// Attributes in the order written.
@@ -243,7 +243,7 @@ pub enum ItemKind {
         /// Name.
         name: Name,
         /// Unit in brackets.
-        unit: Option<Unit>,
+        unit: Option<WrittenUnit>,
         /// `hold` or `linear`, and attributes.
         attributes: Vec<Attribute>,
     },
@@ -254,7 +254,7 @@ pub enum ItemKind {
         /// Name.
         name: Name,
         /// Unit in brackets.
-        unit: Option<Unit>,
+        unit: Option<WrittenUnit>,
         /// Start value or guess; without one it is zero.
         start: Option<Expr>,
         /// Attributes in the order written.
@@ -281,9 +281,9 @@ pub enum ItemKind {
         /// Name.
         name: Name,
         /// Ranges of its indices, the first outermost.
-        axes: Vec<Axis>,
+        axes: Vec<ArrayAxis>,
         /// Unit in brackets.
-        unit: Option<Unit>,
+        unit: Option<WrittenUnit>,
         /// Value, start value or guess: one for all elements, or an [`ExprKind::List`] with one for each. Inputs have
         /// none; the default for unknowns is zero.
         start: Option<Expr>,
@@ -294,7 +294,7 @@ pub enum ItemKind {
     /// which are the loop's, are not stored.
     For {
         /// Its indices, the first outermost; at least one.
-        counters: Vec<Counter>,
+        counters: Vec<LoopCounter>,
         /// Equations and `let`s.
         items: Vec<Item>,
     },
@@ -303,7 +303,7 @@ pub enum ItemKind {
         /// Name.
         name: Name,
         /// Unit in brackets.
-        unit: Option<Unit>,
+        unit: Option<WrittenUnit>,
         /// Value.
         value: Expr,
     },
@@ -312,7 +312,7 @@ pub enum ItemKind {
         /// Name.
         name: Name,
         /// Arguments; one with a unit is checked against it.
-        arguments: Vec<Argument>,
+        arguments: Vec<FormalArgument>,
         /// Local values, each of which may read those before it.
         lets: Vec<LocalLet>,
         /// Value.
@@ -323,11 +323,11 @@ pub enum ItemKind {
         /// Name.
         name: Name,
         /// Its arguments: one, or two for a grid.
-        arguments: Vec<Argument>,
+        arguments: Vec<FormalArgument>,
         /// Unit of the values in brackets.
-        unit: Option<Unit>,
+        unit: Option<WrittenUnit>,
         /// Its points.
-        points: Points,
+        points: TablePoints,
         /// Attributes in the order written.
         attributes: Vec<Attribute>,
     },
@@ -336,7 +336,7 @@ pub enum ItemKind {
         /// Name.
         name: Name,
         /// Unit in brackets.
-        unit: Option<Unit>,
+        unit: Option<WrittenUnit>,
         /// Its value; without one, the unknown of its name.
         value: Option<Expr>,
         /// Attributes in the order written.
@@ -358,16 +358,16 @@ pub enum ItemKind {
         /// Name.
         name: Name,
         /// Choices; the first is the default.
-        choices: Vec<Choice>,
+        choices: Vec<VariantChoice>,
     },
     /// `modes line { full { … } draining { … } full -> draining when a falls below b }`
     Modes {
         /// Name.
         name: Name,
         /// Modes with their equations; it starts in the first unless `starts` selects another.
-        modes: Vec<Choice>,
+        modes: Vec<VariantChoice>,
         /// Its transitions.
-        transitions: Vec<Transition>,
+        transitions: Vec<TransitionClause>,
         /// `start MODE if CONDITION`, in the order written, and `start MODE`.
         starts: Vec<StartMode>,
     },
@@ -376,7 +376,7 @@ pub enum ItemKind {
         /// Its name here.
         name: Name,
         /// Ranges of the indices of an array of parts, the first outermost.
-        axes: Vec<Axis>,
+        axes: Vec<ArrayAxis>,
         /// Its model.
         model: Name,
         /// New values for declarations of the model.
@@ -400,7 +400,7 @@ pub enum ItemKind {
         /// t₀; zero if omitted.
         offset: Option<Expr>,
         /// Unknowns that it resets, with their new values.
-        resets: Vec<Reset>,
+        resets: Vec<ResetClause>,
     },
     /// The start of a run.
     Start(StartRule),
@@ -411,7 +411,7 @@ pub enum ItemKind {
         /// The element of an array.
         indices: Vec<Expr>,
         /// The side on which the bound lies.
-        side: Bound,
+        side: BoundSide,
         /// The bound.
         bound: Expr,
     },
@@ -487,14 +487,14 @@ pub enum StartRule {
 #[derive(Debug, Clone, PartialEq)]
 pub struct Reaction {
     /// The conditions: one or several, joined by `or`.
-    pub conditions: Vec<Condition>,
+    pub conditions: Vec<CrossingCondition>,
     /// Unknowns that it resets, with their new values.
-    pub resets: Vec<Reset>,
+    pub resets: Vec<ResetClause>,
 }
 
 /// `x rises above a` or `x falls below a`
 #[derive(Debug, Clone, PartialEq)]
-pub struct Condition {
+pub struct CrossingCondition {
     /// The watched expression.
     pub left: Expr,
     /// Direction in which it passes `right`.
@@ -505,7 +505,7 @@ pub struct Condition {
 
 /// The side of an unknown on which its bound lies.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
-pub enum Bound {
+pub enum BoundSide {
     /// `x >= e`
     Lower,
     /// `x <= e`
@@ -514,7 +514,7 @@ pub enum Bound {
 
 /// `a..b`: all whole numbers from one to the other, both included.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Range {
+pub struct NumberRange {
     /// Its place.
     pub span: Span,
     /// The first.
@@ -525,20 +525,20 @@ pub struct Range {
 
 /// `1..N` or `i in 1..N` between the brackets of a declared array.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Axis {
+pub struct ArrayAxis {
     /// Name of the index in the value.
     pub index: Option<Name>,
     /// Indices of the elements.
-    pub range: Range,
+    pub range: NumberRange,
 }
 
 /// `i in 1..N` of a loop or a sum.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Counter {
+pub struct LoopCounter {
     /// Name of the index.
     pub index: Name,
     /// Its values.
-    pub range: Range,
+    pub range: NumberRange,
 }
 
 /// Kind of the elements of an array.
@@ -614,25 +614,25 @@ pub struct LocalLet {
     /// Name, local to the function.
     pub name: Name,
     /// Unit in brackets.
-    pub unit: Option<Unit>,
+    pub unit: Option<WrittenUnit>,
     /// Value.
     pub value: Expr,
 }
 
 /// An argument of a function.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Argument {
+pub struct FormalArgument {
     /// Name.
     pub name: Name,
     /// Unit in brackets; any unit without one.
-    pub unit: Option<Unit>,
+    pub unit: Option<WrittenUnit>,
 }
 
 /// The points of a table.
 #[derive(Debug, Clone, PartialEq)]
-pub enum Points {
+pub enum TablePoints {
     /// `(0, 305), (1200, 301)`: the arguments of each point, then its value.
-    Written(Vec<Point>),
+    Written(Vec<TablePoint>),
     /// `at (0, 20, 80) = (c_0, c_20, c_80)`: abscissae, then as many values.
     Columns([Vec<Expr>; 2]),
     /// `from "eta.csv"`: points in a file.
@@ -642,46 +642,46 @@ pub enum Points {
         /// Its place, quotes included.
         path_span: Span,
         /// The points, once the file has been read.
-        rows: Option<Result<Vec<Point>, Reported>>,
+        rows: Option<Result<Vec<TablePoint>, ErrorReported>>,
     },
 }
 
 /// A point of a table: its arguments, then its value.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Point {
+pub struct TablePoint {
     /// Its place.
     pub span: Span,
     /// The numbers, in the units of their arguments and of the value.
     pub numbers: Vec<Expr>,
 }
 
-impl Points {
+impl TablePoints {
     /// All expressions, in the order written.
     pub fn expressions(&self) -> Vec<&Expr> {
         match self {
-            Points::Written(points) | Points::File { rows: Some(Ok(points)), .. } => {
+            TablePoints::Written(points) | TablePoints::File { rows: Some(Ok(points)), .. } => {
                 points.iter().flat_map(|point| &point.numbers).collect()
             }
-            Points::Columns(columns) => columns.iter().flatten().collect(),
-            Points::File { .. } => Vec::new(),
+            TablePoints::Columns(columns) => columns.iter().flatten().collect(),
+            TablePoints::File { .. } => Vec::new(),
         }
     }
 
     /// [`Self::expressions`], mutable.
     pub fn expressions_mut(&mut self) -> Vec<&mut Expr> {
         match self {
-            Points::Written(points) | Points::File { rows: Some(Ok(points)), .. } => {
+            TablePoints::Written(points) | TablePoints::File { rows: Some(Ok(points)), .. } => {
                 points.iter_mut().flat_map(|point| &mut point.numbers).collect()
             }
-            Points::Columns(columns) => columns.iter_mut().flatten().collect(),
-            Points::File { .. } => Vec::new(),
+            TablePoints::Columns(columns) => columns.iter_mut().flatten().collect(),
+            TablePoints::File { .. } => Vec::new(),
         }
     }
 }
 
 /// Interpolation of a table between its points.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Shape {
+pub enum TableInterpolation {
     /// `linear`: piecewise linear.
     Linear,
     /// `pchip`: cubics that are monotone between points.
@@ -692,13 +692,13 @@ pub enum Shape {
     Cubic,
 }
 
-impl Shape {
+impl TableInterpolation {
     /// Every shape, with its word.
-    pub const ALL: [(&'static str, Shape); 4] = [
-        ("linear", Shape::Linear),
-        ("pchip", Shape::Pchip),
-        ("natural", Shape::Natural),
-        ("cubic", Shape::Cubic),
+    pub const ALL: [(&'static str, TableInterpolation); 4] = [
+        ("linear", TableInterpolation::Linear),
+        ("pchip", TableInterpolation::Pchip),
+        ("natural", TableInterpolation::Natural),
+        ("cubic", TableInterpolation::Cubic),
     ];
 
     /// Its word.
@@ -709,7 +709,7 @@ impl Shape {
 
 /// Extrapolation of a table beyond its first and last point.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Beyond {
+pub enum TableExtrapolation {
     /// `beyond refuse`: a run ends there.
     Refuse,
     /// `beyond hold`: it keeps the value of its end.
@@ -718,10 +718,13 @@ pub enum Beyond {
     Extend,
 }
 
-impl Beyond {
+impl TableExtrapolation {
     /// Every choice, with its word.
-    pub const ALL: [(&'static str, Beyond); 3] =
-        [("refuse", Beyond::Refuse), ("hold", Beyond::Hold), ("extend", Beyond::Extend)];
+    pub const ALL: [(&'static str, TableExtrapolation); 3] = [
+        ("refuse", TableExtrapolation::Refuse),
+        ("hold", TableExtrapolation::Hold),
+        ("extend", TableExtrapolation::Extend),
+    ];
 
     /// Its word.
     pub fn word(self) -> &'static str {
@@ -731,7 +734,7 @@ impl Beyond {
 
 /// One choice of a variant.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Choice {
+pub struct VariantChoice {
     /// Doc comment lines: those above it, then the one at the end of its line.
     pub doc: Vec<String>,
     /// Name.
@@ -751,7 +754,7 @@ pub struct StartMode {
 
 /// `full -> draining when a falls below b { reset x = e }`
 #[derive(Debug, Clone, PartialEq)]
-pub struct Transition {
+pub struct TransitionClause {
     /// Its place, from the first mode's name to the last token.
     pub span: Span,
     /// Doc comment lines: those above it, then the one at the end of its line.
@@ -761,14 +764,14 @@ pub struct Transition {
     /// The mode that it enters.
     pub to: Name,
     /// The conditions: one or several, joined by `or`.
-    pub conditions: Vec<Condition>,
+    pub conditions: Vec<CrossingCondition>,
     /// Unknowns that it resets, with their new values.
-    pub resets: Vec<Reset>,
+    pub resets: Vec<ResetClause>,
 }
 
 /// `reset x = e` or `reset h[i] = e`
 #[derive(Debug, Clone, PartialEq)]
-pub struct Reset {
+pub struct ResetClause {
     /// Its place.
     pub span: Span,
     /// The unknown that gets a new value.
@@ -858,16 +861,16 @@ pub enum AttributeKind {
     Exact,
     /// `pchip`, `natural` or `cubic`: interpolation of a table between its points. `linear` is
     /// [`Linear`](Self::Linear).
-    Shape(Shape),
+    Shape(TableInterpolation),
     /// `beyond hold`: extrapolation of a table beyond its ends.
-    Beyond(Beyond),
+    Beyond(TableExtrapolation),
     /// `smooth V`: standard deviation of a table's points from the lines between their neighbours.
     Smooth(Expr),
 }
 
 /// A unit as written between brackets.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Unit {
+pub struct WrittenUnit {
     /// Its place, brackets included.
     pub span: Span,
     /// The text between the brackets, trimmed.
@@ -876,10 +879,10 @@ pub struct Unit {
     pub own: OwnUnits,
 }
 
-impl Unit {
+impl WrittenUnit {
     /// A unit that does not refer to declarations of a file.
-    pub fn new(span: Span, text: impl Into<String>) -> Unit {
-        Unit { span, text: text.into(), own: OwnUnits::default() }
+    pub fn new(span: Span, text: impl Into<String>) -> WrittenUnit {
+        WrittenUnit { span, text: text.into(), own: OwnUnits::default() }
     }
 
     /// Parses it.
@@ -911,7 +914,7 @@ pub enum ExprKind {
         /// Spelling, kept for printing.
         text: String,
         /// Unit after it.
-        unit: Option<Unit>,
+        unit: Option<WrittenUnit>,
     },
     /// A name.
     Name(String),
@@ -934,8 +937,8 @@ pub enum ExprKind {
     Negate(Box<Expr>),
     /// `a + b - c`: two terms or more, the first with [`Sign::Plus`].
     Sum(Vec<(Sign, Expr)>),
-    /// `a * b / c`: two factors or more, the first with [`Factor::Times`].
-    Product(Vec<(Factor, Expr)>),
+    /// `a * b / c`: two factors or more, the first with [`FactorSide::Times`].
+    Product(Vec<(FactorSide, Expr)>),
     /// `a ^ b`
     Power(Box<Expr>, Box<Expr>),
     /// `if c then a else b`
@@ -954,18 +957,18 @@ pub enum ExprKind {
 #[derive(Debug, Clone, PartialEq)]
 pub struct Reduction {
     /// The operation on the values.
-    pub kind: Reducing,
+    pub kind: ReductionOperation,
     /// Place of its keyword.
     pub word: Span,
     /// The value for each index.
     pub body: Expr,
     /// The indices, the first outermost; at least one.
-    pub counters: Vec<Counter>,
+    pub counters: Vec<LoopCounter>,
 }
 
 /// The operation of a [`Reduction`].
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Reducing {
+pub enum ReductionOperation {
     /// `sum`
     Sum,
     /// `prod`
@@ -978,24 +981,24 @@ pub enum Reducing {
     Mean,
 }
 
-impl Reducing {
+impl ReductionOperation {
     /// All of them, each with its word.
-    pub const ALL: [(&'static str, Reducing); 5] = [
-        ("sum", Reducing::Sum),
-        ("prod", Reducing::Product),
-        ("min", Reducing::Least),
-        ("max", Reducing::Greatest),
-        ("mean", Reducing::Mean),
+    pub const ALL: [(&'static str, ReductionOperation); 5] = [
+        ("sum", ReductionOperation::Sum),
+        ("prod", ReductionOperation::Product),
+        ("min", ReductionOperation::Least),
+        ("max", ReductionOperation::Greatest),
+        ("mean", ReductionOperation::Mean),
     ];
 
     /// Its noun in messages.
     pub fn noun(self) -> &'static str {
         match self {
-            Reducing::Sum => "the sum",
-            Reducing::Product => "the product",
-            Reducing::Least => "the least",
-            Reducing::Greatest => "the greatest",
-            Reducing::Mean => "the mean",
+            ReductionOperation::Sum => "the sum",
+            ReductionOperation::Product => "the product",
+            ReductionOperation::Least => "the least",
+            ReductionOperation::Greatest => "the greatest",
+            ReductionOperation::Mean => "the mean",
         }
     }
 
@@ -1016,7 +1019,7 @@ pub enum Sign {
 
 /// How a factor enters a product.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Factor {
+pub enum FactorSide {
     /// `*`
     Times,
     /// `/`

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use super::ast::{Ast, Choice, Item, ItemKind, Name, PartArgument, Points};
+use super::ast::{Ast, Item, ItemKind, Name, PartArgument, TablePoints, VariantChoice};
 use crate::source::Span;
 
 /// A new value for a declaration.
@@ -41,16 +41,16 @@ pub fn with_values(
 }
 
 /// The indices of an array's element, and the text of its value.
-pub type Element = (Vec<i64>, String);
+pub type ElementText = (Vec<i64>, String);
 
 /// The list of an array's values, with the last index varying fastest: `((1, 2), (3, 4))`.
-pub fn list_of(elements: &[Element]) -> String {
+pub fn list_of(elements: &[ElementText]) -> String {
     let mut values = Vec::new();
     let mut rest = elements;
     while let Some((indices, text)) = rest.first() {
         let Some(first) = indices.first() else { return text.clone() };
         let n = rest.iter().take_while(|(other, _)| other.first() == Some(first)).count();
-        let inner: Vec<Element> =
+        let inner: Vec<ElementText> =
             rest[..n].iter().map(|(of, text)| (of[1..].to_vec(), text.clone())).collect();
         values.push(list_of(&inner));
         rest = &rest[n..];
@@ -72,13 +72,13 @@ pub fn element_of(name: &str) -> Option<(&str, Vec<i64>)> {
 }
 
 /// First byte, end, and replacement.
-type Edit = (usize, usize, String);
+type ByteEdit = (usize, usize, String);
 
 fn collect(
     items: &[Item],
     values: &[NewValue],
     import: &mut impl FnMut(&str) -> Option<String>,
-    edits: &mut Vec<Edit>,
+    edits: &mut Vec<ByteEdit>,
 ) {
     let value_of = |name: &Name| values.iter().rev().find(|value| value.name == name.span);
     for item in items {
@@ -112,11 +112,11 @@ fn collect(
             ItemKind::Import { path, path_span } => {
                 edits.extend(import(path).map(|path| over(*path_span, format!("\"{path}\""))));
             }
-            ItemKind::Table { points: Points::File { path, path_span, .. }, .. } => {
+            ItemKind::Table { points: TablePoints::File { path, path_span, .. }, .. } => {
                 edits.extend(import(path).map(|path| over(*path_span, format!("\"{path}\""))));
             }
             ItemKind::Variant { choices, .. } => {
-                for Choice { items, .. } in choices {
+                for VariantChoice { items, .. } in choices {
                     collect(items, values, import, edits);
                 }
             }
@@ -145,14 +145,14 @@ fn arguments_of(
     start: u32,
     end: u32,
     values: &[NewValue],
-) -> Vec<Edit> {
+) -> Vec<ByteEdit> {
     let member = |called: &str| called.strip_prefix(part)?.strip_prefix('.').map(str::to_owned);
     // Of two values for one name the last is used.
     let mut wanted: BTreeMap<String, &str> = values
         .iter()
         .filter_map(|value| Some((member(&value.called)?, value.text.as_str())))
         .collect();
-    let mut edits: Vec<Edit> = Vec::new();
+    let mut edits: Vec<ByteEdit> = Vec::new();
     for PartArgument { name, value } in arguments {
         edits.extend(wanted.remove(&name.text).map(|text| over(value.span, text.to_owned())));
     }
@@ -171,7 +171,7 @@ fn arguments_of(
     edits
 }
 
-fn over(span: Span, text: String) -> Edit {
+fn over(span: Span, text: String) -> ByteEdit {
     (span.start as usize, span.end as usize, text)
 }
 
@@ -179,7 +179,7 @@ fn over(span: Span, text: String) -> Edit {
 mod tests {
     use super::*;
     use crate::diagnostics::Diagnostics;
-    use crate::source::{Source, Sources};
+    use crate::source::{SourceMap, SourceText};
     use crate::syntax::parse;
 
     const TEXT: &str = "\
@@ -196,8 +196,8 @@ state y = (1
 ";
 
     fn edited(wanted: &[(&str, usize, &str)]) -> String {
-        let mut sources = Sources::default();
-        let source = sources.add(Source { name: "a".into(), text: TEXT.into() });
+        let mut sources = SourceMap::default();
+        let source = sources.add(SourceText { name: "a".into(), text: TEXT.into() });
         let ast = parse(source, &sources, &mut Diagnostics::default()).expect("it parses");
         let values: Vec<NewValue> = wanted
             .iter()
@@ -230,7 +230,7 @@ state y = (1
 
     #[test]
     fn lists_hold_lists_for_each_outer_index() {
-        let elements = |names: &[&str]| -> Vec<Element> {
+        let elements = |names: &[&str]| -> Vec<ElementText> {
             let element =
                 |name: &&str| (element_of(name).expect("an element").1, (*name).to_owned());
             names.iter().map(element).collect()
@@ -247,8 +247,8 @@ state y = (1
     fn what_a_part_declares_becomes_its_argument() {
         let text =
             "model m\npart a: tank\npart b: tank()\npart c: tank(k = 2, x = 1 +\n  2)  # remark\n";
-        let mut sources = Sources::default();
-        let source = sources.add(Source { name: "a".into(), text: text.into() });
+        let mut sources = SourceMap::default();
+        let source = sources.add(SourceText { name: "a".into(), text: text.into() });
         let ast = parse(source, &sources, &mut Diagnostics::default()).expect("it parses");
         let value = |called: &str, text: &str| NewValue {
             name: Span::default(),

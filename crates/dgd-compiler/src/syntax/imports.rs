@@ -3,11 +3,11 @@
 use std::collections::BTreeMap;
 use std::path::Path;
 
-use super::ast::{Ast, ItemKind, Points};
-use super::parse::{Hole, parse_with_holes};
+use super::ast::{Ast, ItemKind, TablePoints};
+use super::parse::{UnreadableItem, parse_with_holes};
 use super::{table_files, visit};
-use crate::diagnostics::{Code, Diagnostic, Diagnostics, Reported};
-use crate::source::{Source, SourceId, Sources, Span};
+use crate::diagnostics::{Code, Diagnostic, Diagnostics, ErrorReported};
+use crate::source::{SourceId, SourceMap, SourceText, Span};
 
 /// File extension of imports, except for tables. No other files are read, so that a model cannot reveal the contents of
 /// unrelated files.
@@ -28,28 +28,28 @@ pub fn verify_import(path: &Path) -> Result<(), String> {
 }
 
 /// Reads the imported file at a path; an error is the reason why it cannot be read, and quotes nothing of the file.
-pub type Read<'a> = dyn FnMut(&str) -> Result<String, String> + 'a;
+pub type ReadImport<'a> = dyn FnMut(&str) -> Result<String, String> + 'a;
 
 /// The trees of files and of all their imports.
 #[derive(Debug)]
-pub struct Loaded {
+pub struct LoadedFiles {
     /// The given files first, then their imports.
     pub asts: Vec<Ast>,
     /// Items that could not be read, and imports that failed.
-    pub holes: Vec<Hole>,
+    pub holes: Vec<UnreadableItem>,
 }
 
 /// Parses files and, once each, the libraries and models that they import directly or through others.
 ///
 /// A path is relative to the importing file. Errors are reported, and valid items are returned nevertheless.
 pub fn load(
-    files: Vec<Source>,
-    read: &mut Read<'_>,
-    sources: &mut Sources,
+    files: Vec<SourceText>,
+    read: &mut ReadImport<'_>,
+    sources: &mut SourceMap,
     diagnostics: &mut Diagnostics,
-) -> Loaded {
+) -> LoadedFiles {
     let (asts, known, holes) = (Vec::new(), BTreeMap::new(), Vec::new());
-    let mut loading = Loading { asts, known, holes, read, sources, diagnostics };
+    let mut loading = ImportLoader { asts, known, holes, read, sources, diagnostics };
     for file in files {
         let path = normalise(&file.name);
         let id = loading.sources.add(file);
@@ -67,7 +67,7 @@ pub fn load(
         loading.asts[next].imports = followed;
         next += 1;
     }
-    Loaded { asts: loading.asts, holes: loading.holes }
+    LoadedFiles { asts: loading.asts, holes: loading.holes }
 }
 
 /// `import "path"`
@@ -87,17 +87,17 @@ fn imports_of(ast: &Ast) -> Vec<Import> {
 }
 
 /// The files read so far, and the means to read more.
-struct Loading<'a, 'r> {
+struct ImportLoader<'a, 'r> {
     asts: Vec<Ast>,
     /// Files by their normalised paths.
     known: BTreeMap<String, SourceId>,
-    holes: Vec<Hole>,
-    read: &'a mut Read<'r>,
-    sources: &'a mut Sources,
+    holes: Vec<UnreadableItem>,
+    read: &'a mut ReadImport<'r>,
+    sources: &'a mut SourceMap,
     diagnostics: &'a mut Diagnostics,
 }
 
-impl Loading<'_, '_> {
+impl ImportLoader<'_, '_> {
     /// The imported file, which is read unless it has been before; `None` if it cannot be read.
     fn follow(&mut self, importer: SourceId, Import { path, span }: &Import) -> Option<SourceId> {
         let name = beside(self.sources, importer, path);
@@ -119,7 +119,7 @@ impl Loading<'_, '_> {
                 return None;
             }
         };
-        let id = self.sources.add(Source { name: name.clone(), text });
+        let id = self.sources.add(SourceText { name: name.clone(), text });
         self.known.insert(name, id);
         let ast = self.parse(id);
         self.take(ast, path, *span);
@@ -131,7 +131,8 @@ impl Loading<'_, '_> {
         let importer = self.asts[k].source;
         let mut items = std::mem::take(&mut self.asts[k].items);
         visit::items_mut(&mut items, &mut |item| {
-            let Some(Points::File { path, path_span, .. }) = table_files::file_of(&mut item.kind)
+            let Some(TablePoints::File { path, path_span, .. }) =
+                table_files::file_of(&mut item.kind)
             else {
                 return;
             };
@@ -139,7 +140,7 @@ impl Loading<'_, '_> {
             let points = self.table_file(importer, &path, span).and_then(|file| {
                 table_files::points(&item.kind, file, self.sources, self.diagnostics)
             });
-            if let Some(Points::File { rows, .. }) = table_files::file_of(&mut item.kind) {
+            if let Some(TablePoints::File { rows, .. }) = table_files::file_of(&mut item.kind) {
                 *rows = Some(points);
             }
         });
@@ -152,12 +153,12 @@ impl Loading<'_, '_> {
         importer: SourceId,
         path: &str,
         span: Span,
-    ) -> Result<SourceId, Reported> {
+    ) -> Result<SourceId, ErrorReported> {
         let name = beside(self.sources, importer, path);
         if let Some(&id) = self.known.get(&name) {
             return Ok(id);
         }
-        let refused = |message: String| Diagnostic::new(Code::E208, span, message);
+        let refused = |message: String| Diagnostic::new(Code::UnusableImport, span, message);
         if !table_files::ENDINGS.iter().any(|ending| name.ends_with(ending)) {
             let message =
                 format!("cannot read `{path}`: its name does not end in `.csv` or `.csv.gz`");
@@ -166,7 +167,7 @@ impl Loading<'_, '_> {
         let text = (self.read)(&name).map_err(|reason| {
             self.diagnostics.error(refused(format!("cannot read `{name}`: {reason}")))
         })?;
-        let id = self.sources.add(Source { name: name.clone(), text });
+        let id = self.sources.add(SourceText { name: name.clone(), text });
         self.known.insert(name, id);
         Ok(id)
     }
@@ -182,9 +183,9 @@ impl Loading<'_, '_> {
         if let Some(effect) = &ast.effect {
             let name = &effect.name.text;
             let message = format!("`{path}` is an effect, `{name}`, not a library or a model");
-            self.holes.push(Hole::import(span));
+            self.holes.push(UnreadableItem::import(span));
             self.diagnostics.error(
-                Diagnostic::new(Code::E208, span, message)
+                Diagnostic::new(Code::UnusableImport, span, message)
                     .help("an effect is taken into a model with `--apply`"),
             );
             return;
@@ -196,8 +197,8 @@ impl Loading<'_, '_> {
     }
 
     fn refuse(&mut self, span: Span, message: String) {
-        self.holes.push(Hole::import(span));
-        self.diagnostics.error(Diagnostic::new(Code::E208, span, message));
+        self.holes.push(UnreadableItem::import(span));
+        self.diagnostics.error(Diagnostic::new(Code::UnusableImport, span, message));
     }
 }
 
@@ -215,7 +216,7 @@ fn verify_library(ast: &mut Ast, diagnostics: &mut Diagnostics) {
         );
         if !is_allowed {
             diagnostics.error(
-                Diagnostic::new(Code::E208, item.span, "this cannot stand in a library").help(
+                Diagnostic::new(Code::UnusableImport, item.span, "this cannot stand in a library").help(
                     "a library has constants, units, `let`s, functions and tables; a model file begins with `model NAME`",
                 ),
             );
@@ -225,7 +226,7 @@ fn verify_library(ast: &mut Ast, diagnostics: &mut Diagnostics) {
 }
 
 /// The path of an import relative to the importing file.
-fn beside(sources: &Sources, source: SourceId, path: &str) -> String {
+fn beside(sources: &SourceMap, source: SourceId, path: &str) -> String {
     let folder = sources.get(source).name.rsplit_once('/').map_or("", |(folder, _)| folder);
     if folder.is_empty() || path.starts_with('/') {
         normalise(path)

@@ -1,6 +1,6 @@
 //! Substitutes the `let`s of a function in its value.
 
-use super::ast::{Expr, ExprKind, Factor, LocalLet};
+use super::ast::{Expr, ExprKind, FactorSide, LocalLet};
 use super::visit;
 
 /// The body with the names of the `let`s replaced by their values.
@@ -46,7 +46,8 @@ fn in_unit(local: &LocalLet, value: Expr) -> Expr {
         return Expr { span, kind: ExprKind::Number { value, text, unit: Some(unit.clone()) } };
     }
     let one = ExprKind::Number { value: 1.0, text: "1".to_owned(), unit: Some(unit.clone()) };
-    let factors = vec![(Factor::Times, grouped(value)), (Factor::Times, Expr { span, kind: one })];
+    let factors =
+        vec![(FactorSide::Times, grouped(value)), (FactorSide::Times, Expr { span, kind: one })];
     Expr { span, kind: ExprKind::Product(factors) }
 }
 

@@ -17,4 +17,4 @@ pub mod visit;
 mod tests;
 
 pub use parse::lexical::{Token, TokenKind, tokens};
-pub use parse::{Hole, parse, parse_setting, parse_what_is_sound, parse_with_holes};
+pub use parse::{UnreadableItem, parse, parse_setting, parse_what_is_sound, parse_with_holes};

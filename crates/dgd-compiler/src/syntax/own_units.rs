@@ -125,12 +125,12 @@ fn declared_in(ast: &Ast, seen: &OwnUnits, diagnostics: &mut Diagnostics) -> Own
             let units = OwnUnits::new(declared_units).and(seen);
             let others = names.iter().filter(|other| **other != name.text);
             match value_of(name, value, &units, others, diagnostics) {
-                Value::Known(unit) => {
+                UnitValue::Known(unit) => {
                     take(name, unit, &mut known, diagnostics);
                     false
                 }
-                Value::Wrong => false,
-                Value::Waits => true,
+                UnitValue::Wrong => false,
+                UnitValue::Waits => true,
             }
         });
         if waiting.is_empty() || waiting.len() == before {
@@ -139,13 +139,13 @@ fn declared_in(ast: &Ast, seen: &OwnUnits, diagnostics: &mut Diagnostics) -> Own
     }
     for (name, _) in waiting {
         let message = format!("the unit `{}` depends on itself", name.text);
-        diagnostics.error(Diagnostic::new(Code::E206, name.span, message));
+        diagnostics.error(Diagnostic::new(Code::CircularDefinition, name.span, message));
     }
     OwnUnits::new(known.into_iter().map(|(symbol, (unit, _))| (symbol, unit)).collect())
 }
 
 /// The value of a unit.
-enum Value {
+enum UnitValue {
     Known(OwnUnit),
     /// It depends on a unit that is not resolved yet.
     Waits,
@@ -159,32 +159,34 @@ fn value_of<'n>(
     own: &OwnUnits,
     mut others: impl Iterator<Item = &'n String>,
     diagnostics: &mut Diagnostics,
-) -> Value {
+) -> UnitValue {
     let mut wrong = |diagnostic: Diagnostic| {
         diagnostics.error(diagnostic);
-        Value::Wrong
+        UnitValue::Wrong
     };
     if parse_unit(&name.text).is_ok() {
         let message = format!("`{}` is a unit of the language", name.text);
-        return wrong(Diagnostic::new(Code::E202, name.span, message).help("choose another name"));
+        return wrong(
+            Diagnostic::new(Code::DuplicateName, name.span, message).help("choose another name"),
+        );
     }
     let ExprKind::Number { value, unit, .. } = &expr.kind else {
         unreachable!("the parser lets only numbers be units")
     };
     if *value <= 0.0 {
         let message = "a unit must be above zero";
-        return wrong(Diagnostic::new(Code::E505, expr.span, message));
+        return wrong(Diagnostic::new(Code::SizeNotPositive, expr.span, message));
     }
     let Some(written) = unit else {
-        return Value::Known(OwnUnit::of(*value, &crate::units::Unit::one()));
+        return UnitValue::Known(OwnUnit::from_unit(*value, &crate::units::Unit::one()));
     };
     let text = &written.text;
     match crate::units::parse_unit_with(text, own) {
-        Ok(unit) => Value::Known(OwnUnit::of(*value, &unit)),
+        Ok(unit) => UnitValue::Known(OwnUnit::from_unit(*value, &unit)),
         Err(_) if others.any(|other| mentions(text, other)) || mentions(text, &name.text) => {
-            Value::Waits
+            UnitValue::Waits
         }
-        Err(error) => wrong(error.at(text, written.span)),
+        Err(error) => wrong(error.locate(text, written.span)),
     }
 }
 
@@ -204,8 +206,10 @@ fn take(
         Some((first, _)) if *first == unit => {}
         Some((_, place)) => {
             let message = format!("the unit `{}` is declared twice", name.text);
-            diagnostics
-                .error(Diagnostic::new(Code::E202, name.span, message).label(*place, "first here"));
+            diagnostics.error(
+                Diagnostic::new(Code::DuplicateName, name.span, message)
+                    .label(*place, "first here"),
+            );
         }
         None => {
             known.insert(name.text.clone(), (unit, name.span));

@@ -1,18 +1,21 @@
 //! Trees without their places, so that two texts can be compared.
 
 use super::ast::{
-    Argument, Ast, Attribute, AttributeKind, Axis, Choice, Clause, ClauseKind, Condition, Counter,
-    EffectHeader, Expr, ExprKind, Header, Item, ItemKind, LocalLet, Name, PartArgument, Point,
-    Points, Range, Reaction, Reduction, Reset, Slot, StartMode, StartRule, Target, Transition,
-    Unit,
+    ArrayAxis, Ast, Attribute, AttributeKind, ClauseKind, CrossingCondition, EffectClause,
+    EffectHeader, EffectTarget, Expr, ExprKind, FormalArgument, Item, ItemKind, LocalLet,
+    LoopCounter, ModelHeader, Name, NumberRange, PartArgument, Reaction, Reduction, ResetClause,
+    StartMode, StartRule, TablePoint, TablePoints, TemplateSlot, TransitionClause, VariantChoice,
+    WrittenUnit,
 };
 use crate::source::{SourceId, Span};
 
 /// The tree with every place set to zero.
 #[must_use]
 pub fn without_places(ast: &Ast) -> Ast {
-    let header =
-        |model: &Header| Header { doc: model.doc.clone(), name: placeless_name(&model.name) };
+    let header = |model: &ModelHeader| ModelHeader {
+        doc: model.doc.clone(),
+        name: placeless_name(&model.name),
+    };
     Ast {
         source: SourceId::default(),
         model: ast.model.as_ref().map(header),
@@ -24,14 +27,14 @@ pub fn without_places(ast: &Ast) -> Ast {
 
 fn placeless_effect(effect: &EffectHeader) -> EffectHeader {
     let target = match &effect.target {
-        Target::Model(model) => Target::Model(placeless_name(model)),
-        Target::Template(slots) => {
-            let slot = |slot: &Slot| Slot {
+        EffectTarget::Model(model) => EffectTarget::Model(placeless_name(model)),
+        EffectTarget::Template(slots) => {
+            let slot = |slot: &TemplateSlot| TemplateSlot {
                 name: placeless_name(&slot.name),
                 kind: slot.kind,
                 unit: placeless_unit(slot.unit.as_ref()),
             };
-            Target::Template(slots.iter().map(slot).collect())
+            EffectTarget::Template(slots.iter().map(slot).collect())
         }
     };
     EffectHeader {
@@ -42,7 +45,7 @@ fn placeless_effect(effect: &EffectHeader) -> EffectHeader {
     }
 }
 
-fn placeless_clause(clause: &Clause) -> Clause {
+fn placeless_clause(clause: &EffectClause) -> EffectClause {
     let kind = match &clause.kind {
         ClauseKind::Kind(kind) => ClauseKind::Kind(*kind),
         ClauseKind::Form(form) => ClauseKind::Form(placeless_name(form)),
@@ -62,15 +65,15 @@ fn placeless_clause(clause: &Clause) -> Clause {
             ClauseKind::Add { value: placeless(value), equation: placeless_name(equation) }
         }
     };
-    Clause { span: Span::default(), doc: clause.doc.clone(), kind }
+    EffectClause { span: Span::default(), doc: clause.doc.clone(), kind }
 }
 
 fn placeless_name(name: &Name) -> Name {
     Name { text: name.text.clone(), span: Span::default() }
 }
 
-fn placeless_unit(unit: Option<&Unit>) -> Option<Unit> {
-    unit.map(|unit| Unit::new(Span::default(), unit.text.clone()))
+fn placeless_unit(unit: Option<&WrittenUnit>) -> Option<WrittenUnit> {
+    unit.map(|unit| WrittenUnit::new(Span::default(), unit.text.clone()))
 }
 
 fn placeless_attribute(attribute: &Attribute) -> Attribute {
@@ -236,51 +239,53 @@ fn placeless_item(item: &Item) -> Item {
     Item { span: Span::default(), doc: item.doc.clone(), kind }
 }
 
-fn placeless_arguments(arguments: &[Argument]) -> Vec<Argument> {
-    let placeless = |a: &Argument| Argument {
+fn placeless_arguments(arguments: &[FormalArgument]) -> Vec<FormalArgument> {
+    let placeless = |a: &FormalArgument| FormalArgument {
         name: placeless_name(&a.name),
         unit: placeless_unit(a.unit.as_ref()),
     };
     arguments.iter().map(placeless).collect()
 }
 
-fn placeless_points(points: &Points) -> Points {
+fn placeless_points(points: &TablePoints) -> TablePoints {
     let placeless_numbers = |numbers: &[Expr]| numbers.iter().map(placeless).collect();
     match points {
-        Points::Written(points) => {
-            let point =
-                |p: &Point| Point { span: Span::default(), numbers: placeless_numbers(&p.numbers) };
-            Points::Written(points.iter().map(point).collect())
+        TablePoints::Written(points) => {
+            let point = |p: &TablePoint| TablePoint {
+                span: Span::default(),
+                numbers: placeless_numbers(&p.numbers),
+            };
+            TablePoints::Written(points.iter().map(point).collect())
         }
-        Points::Columns(columns) => {
-            Points::Columns([placeless_numbers(&columns[0]), placeless_numbers(&columns[1])])
+        TablePoints::Columns(columns) => {
+            TablePoints::Columns([placeless_numbers(&columns[0]), placeless_numbers(&columns[1])])
         }
-        Points::File { path, .. } => {
-            Points::File { path: path.clone(), path_span: Span::default(), rows: None }
+        TablePoints::File { path, .. } => {
+            TablePoints::File { path: path.clone(), path_span: Span::default(), rows: None }
         }
     }
 }
 
-fn placeless_axis(axis: &Axis) -> Axis {
+fn placeless_axis(axis: &ArrayAxis) -> ArrayAxis {
     let index = axis.index.as_ref().map(placeless_name);
-    Axis { index, range: placeless_range(&axis.range) }
+    ArrayAxis { index, range: placeless_range(&axis.range) }
 }
 
-fn placeless_range(range: &Range) -> Range {
+fn placeless_range(range: &NumberRange) -> NumberRange {
     let (lower, upper) = (placeless(&range.lower), placeless(&range.upper));
-    Range { span: Span::default(), lower, upper }
+    NumberRange { span: Span::default(), lower, upper }
 }
 
-fn placeless_choice(choice: &Choice) -> Choice {
-    Choice {
+fn placeless_choice(choice: &VariantChoice) -> VariantChoice {
+    VariantChoice {
         doc: choice.doc.clone(),
         name: placeless_name(&choice.name),
         items: choice.items.iter().map(placeless_item).collect(),
     }
 }
 
-fn placeless_reset(reset: &Reset) -> Reset {
-    Reset {
+fn placeless_reset(reset: &ResetClause) -> ResetClause {
+    ResetClause {
         span: Span::default(),
         name: placeless_name(&reset.name),
         indices: reset.indices.iter().map(placeless).collect(),
@@ -288,8 +293,8 @@ fn placeless_reset(reset: &Reset) -> Reset {
     }
 }
 
-fn placeless_condition(condition: &Condition) -> Condition {
-    Condition {
+fn placeless_condition(condition: &CrossingCondition) -> CrossingCondition {
+    CrossingCondition {
         left: placeless(&condition.left),
         crossing: condition.crossing,
         right: placeless(&condition.right),
@@ -303,8 +308,8 @@ fn placeless_start(start: &StartMode) -> StartMode {
     }
 }
 
-fn placeless_transition(transition: &Transition) -> Transition {
-    Transition {
+fn placeless_transition(transition: &TransitionClause) -> TransitionClause {
+    TransitionClause {
         span: Span::default(),
         doc: transition.doc.clone(),
         from: placeless_name(&transition.from),
@@ -314,8 +319,8 @@ fn placeless_transition(transition: &Transition) -> Transition {
     }
 }
 
-fn placeless_counter(Counter { index, range }: &Counter) -> Counter {
-    Counter { index: placeless_name(index), range: placeless_range(range) }
+fn placeless_counter(LoopCounter { index, range }: &LoopCounter) -> LoopCounter {
+    LoopCounter { index: placeless_name(index), range: placeless_range(range) }
 }
 
 fn placeless(expr: &Expr) -> Expr {

@@ -6,10 +6,11 @@
 use std::fmt::Write as _;
 
 use super::ast::{
-    Argument, Ast, Attribute, AttributeKind, Axis, Bound, Choice, Clause, ClauseKind, Comparison,
-    Condition, Counter, EffectHeader, Expr, ExprKind, Factor, Item, ItemKind, LocalLet, Name,
-    PartArgument, Points, Range, Reaction, Reduction, Reset, Sign, Slot, SlotKind, StartMode,
-    StartRule, Target, Transition, Unit,
+    ArrayAxis, Ast, Attribute, AttributeKind, BoundSide, ClauseKind, Comparison, CrossingCondition,
+    EffectClause, EffectHeader, EffectTarget, Expr, ExprKind, FactorSide, FormalArgument, Item,
+    ItemKind, LocalLet, LoopCounter, Name, NumberRange, PartArgument, Reaction, Reduction,
+    ResetClause, Sign, SlotKind, StartMode, StartRule, TablePoints, TemplateSlot, TransitionClause,
+    VariantChoice, WrittenUnit,
 };
 use super::parse::lexical::RESERVED;
 
@@ -38,7 +39,7 @@ pub fn print_item(item: &Item) -> String {
 /// The text of an expression.
 pub fn print_expression(expr: &Expr) -> String {
     let mut out = String::new();
-    expression(&mut out, expr, Binding::Or, Position::Last);
+    expression(&mut out, expr, PrintPrecedence::Or, TrailingPosition::Last);
     out
 }
 
@@ -52,12 +53,12 @@ pub fn print_every(period: &Expr, offset: Option<&Expr>) -> String {
 /// Adds the parentheses needed to read a tree's text back as the same tree. A sum that begins with a sum needs none and
 /// is merged with it, and so is a product.
 pub fn parenthesise(expr: &mut Expr) {
-    parenthesise_at(expr, Binding::Or, Position::Last);
+    parenthesise_at(expr, PrintPrecedence::Or, TrailingPosition::Last);
 }
 
 /// Adds the parentheses that [`expression`] would write.
-fn parenthesise_at(expr: &mut Expr, least: Binding, position: Position) {
-    let reaches_on = matches!(expr.kind, ExprKind::If(..)) && position == Position::Inner;
+fn parenthesise_at(expr: &mut Expr, least: PrintPrecedence, position: TrailingPosition) {
+    let reaches_on = matches!(expr.kind, ExprKind::If(..)) && position == TrailingPosition::Inner;
     if binding(&expr.kind) < least || reaches_on {
         parenthesise(expr);
         let inner = Expr { span: expr.span, kind: ExprKind::Name(String::new()) };
@@ -69,67 +70,71 @@ fn parenthesise_at(expr: &mut Expr, least: Binding, position: Position) {
         ExprKind::Number { .. } | ExprKind::Name(_) => {}
         ExprKind::Call { arguments, .. } => arguments.iter_mut().for_each(parenthesise),
         ExprKind::Element(array, index) => {
-            parenthesise_at(array, Binding::Operand, Position::Inner);
+            parenthesise_at(array, PrintPrecedence::Operand, TrailingPosition::Inner);
             parenthesise(index);
         }
         ExprKind::Reduce(reduction) => {
             parenthesise(&mut reduction.body);
-            for Counter { range, .. } in &mut reduction.counters {
+            for LoopCounter { range, .. } in &mut reduction.counters {
                 parenthesise(&mut range.lower);
                 parenthesise(&mut range.upper);
             }
         }
         ExprKind::List(values) => values.iter_mut().for_each(parenthesise),
         ExprKind::Group(inner) => parenthesise(inner),
-        ExprKind::Negate(operand) => parenthesise_at(operand, Binding::Sign, position),
-        ExprKind::Not(operand) => parenthesise_at(operand, Binding::Not, position),
+        ExprKind::Negate(operand) => parenthesise_at(operand, PrintPrecedence::Sign, position),
+        ExprKind::Not(operand) => parenthesise_at(operand, PrintPrecedence::Not, position),
         ExprKind::Sum(terms) => {
             while let Some((_, Expr { kind: ExprKind::Sum(first), .. })) = terms.first_mut() {
                 let first = std::mem::take(first);
                 terms.splice(..1, first);
             }
-            parenthesise_list(terms.iter_mut().map(|(_, term)| term), Binding::Product, position);
+            parenthesise_list(
+                terms.iter_mut().map(|(_, term)| term),
+                PrintPrecedence::Product,
+                position,
+            );
         }
         ExprKind::Product(factors) => {
             while let Some((_, Expr { kind: ExprKind::Product(first), .. })) = factors.first_mut() {
                 let first = std::mem::take(first);
                 factors.splice(..1, first);
             }
-            parenthesise_list(factors.iter_mut().map(|(_, f)| f), Binding::Sign, position);
+            parenthesise_list(factors.iter_mut().map(|(_, f)| f), PrintPrecedence::Sign, position);
         }
-        ExprKind::And(all) => parenthesise_list(all.iter_mut(), Binding::Not, position),
-        ExprKind::Or(all) => parenthesise_list(all.iter_mut(), Binding::And, position),
+        ExprKind::And(all) => parenthesise_list(all.iter_mut(), PrintPrecedence::Not, position),
+        ExprKind::Or(all) => parenthesise_list(all.iter_mut(), PrintPrecedence::And, position),
         ExprKind::Power(base, exponent) => {
-            parenthesise_at(base, Binding::Operand, Position::Inner);
-            parenthesise_at(exponent, Binding::Sign, position);
+            parenthesise_at(base, PrintPrecedence::Operand, TrailingPosition::Inner);
+            parenthesise_at(exponent, PrintPrecedence::Sign, position);
         }
         ExprKind::Compare(_, left, right) => {
-            parenthesise_at(left, Binding::Sum, Position::Inner);
-            parenthesise_at(right, Binding::Sum, position);
+            parenthesise_at(left, PrintPrecedence::Sum, TrailingPosition::Inner);
+            parenthesise_at(right, PrintPrecedence::Sum, position);
         }
         ExprKind::If(condition, yes, no) => {
             parenthesise(condition);
             parenthesise(yes);
-            parenthesise_at(no, Binding::Or, position);
+            parenthesise_at(no, PrintPrecedence::Or, position);
         }
     }
 }
 
 fn parenthesise_list<'a>(
     operands: impl ExactSizeIterator<Item = &'a mut Expr>,
-    least: Binding,
-    position: Position,
+    least: PrintPrecedence,
+    position: TrailingPosition,
 ) {
     let last = operands.len().saturating_sub(1);
     for (i, operand) in operands.enumerate() {
-        let position = if i == last { position } else { Position::Inner };
+        let position = if i == last { position } else { TrailingPosition::Inner };
         parenthesise_at(operand, least, position);
     }
 }
 
 /// Precedence of operators, loosest first.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-enum Binding {
+enum PrintPrecedence {
     Or,
     And,
     Not,
@@ -144,12 +149,12 @@ enum Binding {
 /// Whether the expression continues after a part: an `if` extends as far as possible, and needs parentheses in that
 /// case.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Position {
+enum TrailingPosition {
     Inner,
     Last,
 }
 
-fn binding(kind: &ExprKind) -> Binding {
+fn binding(kind: &ExprKind) -> PrintPrecedence {
     match kind {
         ExprKind::Number { .. }
         | ExprKind::Name(_)
@@ -158,15 +163,15 @@ fn binding(kind: &ExprKind) -> Binding {
         | ExprKind::Reduce(_)
         | ExprKind::List(_)
         | ExprKind::Group(_)
-        | ExprKind::If(..) => Binding::Operand,
-        ExprKind::Negate(_) => Binding::Sign,
-        ExprKind::Sum(_) => Binding::Sum,
-        ExprKind::Product(_) => Binding::Product,
-        ExprKind::Power(..) => Binding::Power,
-        ExprKind::Compare(..) => Binding::Compare,
-        ExprKind::And(_) => Binding::And,
-        ExprKind::Or(_) => Binding::Or,
-        ExprKind::Not(_) => Binding::Not,
+        | ExprKind::If(..) => PrintPrecedence::Operand,
+        ExprKind::Negate(_) => PrintPrecedence::Sign,
+        ExprKind::Sum(_) => PrintPrecedence::Sum,
+        ExprKind::Product(_) => PrintPrecedence::Product,
+        ExprKind::Power(..) => PrintPrecedence::Power,
+        ExprKind::Compare(..) => PrintPrecedence::Compare,
+        ExprKind::And(_) => PrintPrecedence::And,
+        ExprKind::Or(_) => PrintPrecedence::Or,
+        ExprKind::Not(_) => PrintPrecedence::Not,
     }
 }
 
@@ -175,24 +180,25 @@ fn values_between(out: &mut String, values: &[Expr]) {
     out.push('(');
     for (i, value) in values.iter().enumerate() {
         out.push_str(if i == 0 { "" } else { ", " });
-        expression(out, value, Binding::Or, Position::Last);
+        expression(out, value, PrintPrecedence::Or, TrailingPosition::Last);
     }
     out.push(')');
 }
 
 /// `i in 1..N, j in 1..M`
-fn print_counters(counters: &[Counter]) -> String {
-    let print =
-        |Counter { index, range }: &Counter| format!("{} in {}", index.text, print_range(range));
+fn print_counters(counters: &[LoopCounter]) -> String {
+    let print = |LoopCounter { index, range }: &LoopCounter| {
+        format!("{} in {}", index.text, print_range(range))
+    };
     counters.iter().map(print).collect::<Vec<_>>().join(", ")
 }
 
 /// Writes an expression, in parentheses unless it binds at least this tightly.
-fn expression(out: &mut String, expr: &Expr, least: Binding, position: Position) {
-    let reaches_on = matches!(expr.kind, ExprKind::If(..)) && position == Position::Inner;
+fn expression(out: &mut String, expr: &Expr, least: PrintPrecedence, position: TrailingPosition) {
+    let reaches_on = matches!(expr.kind, ExprKind::If(..)) && position == TrailingPosition::Inner;
     if binding(&expr.kind) < least || reaches_on {
         out.push('(');
-        expression(out, expr, Binding::Or, Position::Last);
+        expression(out, expr, PrintPrecedence::Or, TrailingPosition::Last);
         out.push(')');
         return;
     }
@@ -212,25 +218,25 @@ fn expression(out: &mut String, expr: &Expr, least: Binding, position: Position)
         ExprKind::Reduce(reduction) => {
             let Reduction { kind, body, counters, .. } = &**reduction;
             let _ = write!(out, "{}(", kind.word());
-            expression(out, body, Binding::Or, Position::Last);
+            expression(out, body, PrintPrecedence::Or, TrailingPosition::Last);
             let _ = write!(out, " for {})", print_counters(counters));
         }
         ExprKind::Element(array, index) => {
-            expression(out, array, Binding::Operand, Position::Inner);
+            expression(out, array, PrintPrecedence::Operand, TrailingPosition::Inner);
             let _ = write!(out, "[{}]", print_index(index));
         }
         ExprKind::Group(inner) => {
             out.push('(');
-            expression(out, inner, Binding::Or, Position::Last);
+            expression(out, inner, PrintPrecedence::Or, TrailingPosition::Last);
             out.push(')');
         }
         ExprKind::Negate(operand) => {
             out.push('-');
-            expression(out, operand, Binding::Sign, position);
+            expression(out, operand, PrintPrecedence::Sign, position);
         }
         ExprKind::Not(operand) => {
             out.push_str("not ");
-            expression(out, operand, Binding::Not, position);
+            expression(out, operand, PrintPrecedence::Not, position);
         }
         ExprKind::Sum(terms) => {
             let sign = |sign: &Sign| match sign {
@@ -238,44 +244,44 @@ fn expression(out: &mut String, expr: &Expr, least: Binding, position: Position)
                 Sign::Minus => " - ",
             };
             let terms = terms.iter().map(|(s, term)| (sign(s), term));
-            list(out, terms, Binding::Product, position);
+            list(out, terms, PrintPrecedence::Product, position);
         }
         ExprKind::Product(factors) => {
-            let sign = |factor: &Factor| match factor {
-                Factor::Times => "*",
-                Factor::Over => "/",
+            let sign = |factor: &FactorSide| match factor {
+                FactorSide::Times => "*",
+                FactorSide::Over => "/",
             };
             let factors = factors.iter().map(|(f, factor)| (sign(f), factor));
-            list(out, factors, Binding::Sign, position);
+            list(out, factors, PrintPrecedence::Sign, position);
         }
         ExprKind::And(all) => {
-            list(out, all.iter().map(|operand| (" and ", operand)), Binding::Not, position);
+            list(out, all.iter().map(|operand| (" and ", operand)), PrintPrecedence::Not, position);
         }
         ExprKind::Or(all) => {
-            list(out, all.iter().map(|operand| (" or ", operand)), Binding::And, position);
+            list(out, all.iter().map(|operand| (" or ", operand)), PrintPrecedence::And, position);
         }
         ExprKind::Power(base, exponent) => {
-            expression(out, base, Binding::Operand, Position::Inner);
+            expression(out, base, PrintPrecedence::Operand, TrailingPosition::Inner);
             out.push('^');
-            expression(out, exponent, Binding::Sign, position);
+            expression(out, exponent, PrintPrecedence::Sign, position);
         }
         ExprKind::Compare(comparison, left, right) => {
-            expression(out, left, Binding::Sum, Position::Inner);
+            expression(out, left, PrintPrecedence::Sum, TrailingPosition::Inner);
             out.push_str(match comparison {
                 Comparison::Less => " < ",
                 Comparison::LessEqual => " <= ",
                 Comparison::Greater => " > ",
                 Comparison::GreaterEqual => " >= ",
             });
-            expression(out, right, Binding::Sum, position);
+            expression(out, right, PrintPrecedence::Sum, position);
         }
         ExprKind::If(condition, yes, no) => {
             out.push_str("if ");
-            expression(out, condition, Binding::Or, Position::Last);
+            expression(out, condition, PrintPrecedence::Or, TrailingPosition::Last);
             out.push_str(" then ");
-            expression(out, yes, Binding::Or, Position::Last);
+            expression(out, yes, PrintPrecedence::Or, TrailingPosition::Last);
             out.push_str(" else ");
-            expression(out, no, Binding::Or, position);
+            expression(out, no, PrintPrecedence::Or, position);
         }
     }
 }
@@ -284,15 +290,15 @@ fn expression(out: &mut String, expr: &Expr, least: Binding, position: Position)
 fn list<'a>(
     out: &mut String,
     operands: impl ExactSizeIterator<Item = (&'static str, &'a Expr)>,
-    least: Binding,
-    position: Position,
+    least: PrintPrecedence,
+    position: TrailingPosition,
 ) {
     let last = operands.len().saturating_sub(1);
     for (i, (sign, operand)) in operands.enumerate() {
         if i > 0 {
             out.push_str(sign);
         }
-        let position = if i == last { position } else { Position::Inner };
+        let position = if i == last { position } else { TrailingPosition::Inner };
         expression(out, operand, least, position);
     }
 }
@@ -323,11 +329,11 @@ impl Printer {
     }
 
     /// The items of a loop, each with the loop's index after its name.
-    fn items_of_loop(&mut self, counters: &[Counter], items: &[Item]) {
+    fn items_of_loop(&mut self, counters: &[LoopCounter], items: &[Item]) {
         for item in items {
             let mut indexed = item.kind.clone();
             if let Some(name) = indexed.name_with_indices_mut() {
-                for Counter { index, .. } in counters {
+                for LoopCounter { index, .. } in counters {
                     let _ = write!(name.text, "[{}]", index.text);
                 }
             }
@@ -340,15 +346,16 @@ impl Printer {
     fn effect(&mut self, effect: &EffectHeader, items: &[Item]) {
         self.doc(&effect.doc);
         let target = match &effect.target {
-            Target::Model(model) => format!(" on {}", model.text),
-            Target::Template(slots) => {
+            EffectTarget::Model(model) => format!(" on {}", model.text),
+            EffectTarget::Template(slots) => {
                 let slots: Vec<String> = slots.iter().map(print_slot).collect();
                 format!("({})", slots.join(", "))
             }
         };
         self.line(&format!("effect {}{target}", effect.name.text));
-        let is_about_itself =
-            |clause: &&Clause| matches!(clause.kind, ClauseKind::Kind(_) | ClauseKind::Form(_));
+        let is_about_itself = |clause: &&EffectClause| {
+            matches!(clause.kind, ClauseKind::Kind(_) | ClauseKind::Form(_))
+        };
         // The order of clauses is kept; if both kinds alternate, all come first.
         let n_first = effect.clauses.iter().take_while(is_about_itself).count();
         let (first, last) = effect.clauses.split_at(n_first);
@@ -361,7 +368,7 @@ impl Printer {
         }
     }
 
-    fn clause(&mut self, clause: &Clause) {
+    fn clause(&mut self, clause: &EffectClause) {
         self.doc(&clause.doc);
         let text = match &clause.kind {
             ClauseKind::Kind(kind) => format!("kind {}", kind.word()),
@@ -508,8 +515,8 @@ impl Printer {
             }
             ItemKind::Saturate { name, indices, side, bound } => {
                 let sign = match side {
-                    Bound::Lower => ">=",
-                    Bound::Upper => "<=",
+                    BoundSide::Lower => ">=",
+                    BoundSide::Upper => "<=",
                 };
                 let name = print_element(name, indices);
                 self.line(&format!("saturate {name} {sign} {}", print_expression(bound)));
@@ -517,7 +524,7 @@ impl Printer {
         }
     }
 
-    fn choices(&mut self, choices: &[Choice]) {
+    fn choices(&mut self, choices: &[VariantChoice]) {
         for choice in choices {
             self.doc(&choice.doc);
             self.line(&format!("{} {{", choice.name.text));
@@ -528,22 +535,22 @@ impl Printer {
         }
     }
 
-    fn transition(&mut self, transition: &Transition) {
-        let Transition { doc, from, to, conditions, resets, .. } = transition;
+    fn transition(&mut self, transition: &TransitionClause) {
+        let TransitionClause { doc, from, to, conditions, resets, .. } = transition;
         self.doc(doc);
         let head = format!("{} -> {} when {}", from.text, to.text, print_conditions(conditions));
         self.reaction(&head, resets);
     }
 
     /// An event, and its resets.
-    fn reaction(&mut self, head: &str, resets: &[Reset]) {
+    fn reaction(&mut self, head: &str, resets: &[ResetClause]) {
         if resets.is_empty() {
             self.line(head);
             return;
         }
         self.line(&format!("{head} {{"));
         self.depth += 1;
-        for Reset { name, indices, value, .. } in resets {
+        for ResetClause { name, indices, value, .. } in resets {
             let name = print_element(name, indices);
             self.line(&format!("reset {name} = {}", print_expression(value)));
         }
@@ -555,7 +562,7 @@ impl Printer {
         &mut self,
         keyword: &str,
         name: &Name,
-        unit: Option<&Unit>,
+        unit: Option<&WrittenUnit>,
         value: Option<&Expr>,
         attributes: &[Attribute],
     ) {
@@ -569,30 +576,31 @@ impl Printer {
     }
 }
 
-fn print_arguments(arguments: &[Argument]) -> String {
-    let argument =
-        |argument: &Argument| format!("{}{}", argument.name.text, brackets(argument.unit.as_ref()));
+fn print_arguments(arguments: &[FormalArgument]) -> String {
+    let argument = |argument: &FormalArgument| {
+        format!("{}{}", argument.name.text, brackets(argument.unit.as_ref()))
+    };
     arguments.iter().map(argument).collect::<Vec<_>>().join(", ")
 }
 
 /// The points of a table, from its `=` or `at` on.
-fn print_points(points: &Points) -> String {
+fn print_points(points: &TablePoints) -> String {
     let list = |numbers: &[Expr]| {
         let numbers: Vec<String> = numbers.iter().map(print_expression).collect();
         format!("({})", numbers.join(", "))
     };
     match points {
-        Points::Written(points) => {
+        TablePoints::Written(points) => {
             let points: Vec<String> = points.iter().map(|point| list(&point.numbers)).collect();
             format!("= {}", points.join(", "))
         }
-        Points::Columns([abscissae, ordinates]) => match &ordinates[..] {
+        TablePoints::Columns([abscissae, ordinates]) => match &ordinates[..] {
             [array] if abscissae.len() > 1 => {
                 format!("at {} = {}", list(abscissae), print_expression(array))
             }
             _ => format!("at {} = {}", list(abscissae), list(ordinates)),
         },
-        Points::File { path, .. } => format!("from \"{path}\""),
+        TablePoints::File { path, .. } => format!("from \"{path}\""),
     }
 }
 
@@ -607,13 +615,13 @@ pub(crate) fn print_condition(reaction: &Reaction) -> String {
     print_conditions(&reaction.conditions)
 }
 
-fn print_conditions(all: &[Condition]) -> String {
+fn print_conditions(all: &[CrossingCondition]) -> String {
     let side = |expr: &Expr| {
         let mut out = String::new();
-        expression(&mut out, expr, Binding::Sum, Position::Inner);
+        expression(&mut out, expr, PrintPrecedence::Sum, TrailingPosition::Inner);
         out
     };
-    let one = |Condition { left, crossing, right }: &Condition| {
+    let one = |CrossingCondition { left, crossing, right }: &CrossingCondition| {
         format!("{} {} {}", side(left), crossing.words(), side(right))
     };
     all.iter().map(one).collect::<Vec<_>>().join(" or ")
@@ -630,8 +638,8 @@ fn print_index(index: &Expr) -> String {
 }
 
 /// `[1..N]` or `[i in 1..N]` for each axis.
-fn print_axes(axes: &[Axis]) -> String {
-    let of_one = |Axis { index, range }: &Axis| {
+fn print_axes(axes: &[ArrayAxis]) -> String {
+    let of_one = |ArrayAxis { index, range }: &ArrayAxis| {
         let index = index.as_ref().map(|index| format!("{} in ", index.text)).unwrap_or_default();
         format!("[{index}{}]", print_range(range))
     };
@@ -645,15 +653,15 @@ fn print_element(name: &Name, indices: &[Expr]) -> String {
     name.text.clone() + &indices
 }
 
-fn print_range(range: &Range) -> String {
+fn print_range(range: &NumberRange) -> String {
     format!("{}..{}", print_index(&range.lower), print_index(&range.upper))
 }
 
-fn brackets(unit: Option<&Unit>) -> String {
+fn brackets(unit: Option<&WrittenUnit>) -> String {
     unit.map_or_else(String::new, |unit| format!(" [{}]", unit.text))
 }
 
-fn print_slot(slot: &Slot) -> String {
+fn print_slot(slot: &TemplateSlot) -> String {
     let kind =
         SlotKind::ALL.iter().find(|(_, kind)| *kind == slot.kind).map_or("", |(word, _)| word);
     format!("{}: {kind}{}", slot.name.text, brackets(slot.unit.as_ref()))

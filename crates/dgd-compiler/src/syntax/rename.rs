@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use super::ast::{Expr, ExprKind, Item, Name};
-use super::visit::{self, Namespace, Part, Role};
+use super::visit::{self, ExprRole, ItemPart, Namespace};
 
 /// Old names, each with its new one.
 #[derive(Debug, Default)]
@@ -56,20 +56,20 @@ impl Renaming {
     /// Renames the names that an item declares, reads and calls.
     pub(crate) fn rename_item(&self, item: &mut Item) {
         visit::parts_mut(item, &mut |part| match part {
-            Part::Declares(namespace, name) => self.rename(namespace, name),
-            Part::Resets(name) => self.rename(Namespace::Value, name),
-            Part::Unit(_) => {}
-            Part::Expr(Role::Body(_, arguments), expr) => {
+            ItemPart::Declares(namespace, name) => self.rename(namespace, name),
+            ItemPart::Resets(name) => self.rename(Namespace::Value, name),
+            ItemPart::Unit(_) => {}
+            ItemPart::Expr(ExprRole::Body(_, arguments), expr) => {
                 let hidden: Vec<&str> = arguments.iter().map(|a| a.name.text.as_str()).collect();
                 self.rename_in(expr, &hidden);
             }
-            Part::Expr(Role::Noise(own), expr) => {
+            ItemPart::Expr(ExprRole::Noise(own), expr) => {
                 self.rename_in(expr, &[own.text.as_str()]);
                 if let Some(new) = self.map.get(&(Namespace::Output, own.text.clone())) {
                     rename_name(expr, &own.text, new);
                 }
             }
-            Part::Expr(_, expr) => self.rename_in(expr, &[]),
+            ItemPart::Expr(_, expr) => self.rename_in(expr, &[]),
         });
     }
 }

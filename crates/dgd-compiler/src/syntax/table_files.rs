@@ -6,17 +6,19 @@
 
 use std::collections::BTreeSet;
 
-use super::ast::{Argument, Ast, Expr, ExprKind, ItemKind, Name, Point, Points, Unit};
+use super::ast::{
+    Ast, Expr, ExprKind, FormalArgument, ItemKind, Name, TablePoint, TablePoints, WrittenUnit,
+};
 use super::visit;
-use crate::diagnostics::{Code, Diagnostic, Diagnostics, Reported, suggestion};
-use crate::source::{SourceId, Sources, Span};
+use crate::diagnostics::{Code, Diagnostic, Diagnostics, ErrorReported, suggestion};
+use crate::source::{SourceId, SourceMap, Span};
 
 /// File extensions of tables.
 pub(super) const ENDINGS: [&str; 2] = [".csv", ".csv.gz"];
 
 /// A cell: its text without blanks and quotes around it, and its place.
 #[derive(Debug, Clone, Copy)]
-struct Cell<'a> {
+struct FileCell<'a> {
     text: &'a str,
     span: Span,
 }
@@ -25,9 +27,9 @@ struct Cell<'a> {
 pub(super) fn points(
     item: &ItemKind,
     file: SourceId,
-    sources: &Sources,
+    sources: &SourceMap,
     diagnostics: &mut Diagnostics,
-) -> Result<Vec<Point>, Reported> {
+) -> Result<Vec<TablePoint>, ErrorReported> {
     let ItemKind::Table { name, arguments, .. } = item else {
         unreachable!("only tables have points")
     };
@@ -36,7 +38,7 @@ pub(super) fn points(
     let Some((header, place)) = rows.next() else {
         let span = Span { source: file, start: 0, end: 0 };
         return Err(diagnostics.error(
-            Diagnostic::new(Code::E609, span, "the file has no header")
+            Diagnostic::new(Code::MalformedHeader, span, "the file has no header")
                 .help(header_of(name, arguments)),
         ));
     };
@@ -52,7 +54,7 @@ pub(super) fn points(
     failed.map_or(Ok(()), Err)?;
     if points.is_empty() {
         let message = "the file has a header and no rows";
-        return Err(diagnostics.error(Diagnostic::new(Code::E612, place, message)));
+        return Err(diagnostics.error(Diagnostic::new(Code::NoRows, place, message)));
     }
     Ok(points)
 }
@@ -60,11 +62,11 @@ pub(super) fn points(
 /// Position and unit of each number of a point.
 fn columns(
     name: &Name,
-    arguments: &[Argument],
-    header: &[Cell<'_>],
+    arguments: &[FormalArgument],
+    header: &[FileCell<'_>],
     place: Span,
     diagnostics: &mut Diagnostics,
-) -> Result<Vec<(usize, Unit)>, Reported> {
+) -> Result<Vec<(usize, WrittenUnit)>, ErrorReported> {
     let mut columns = Vec::new();
     for wanted in arguments.iter().map(|a| &a.name).chain([name]) {
         let mut matching = header.iter().enumerate().filter(|(_, cell)| {
@@ -79,7 +81,7 @@ fn columns(
             );
             let message = format!("the file has no column `{}`", wanted.text);
             return Err(diagnostics.error(
-                Diagnostic::new(Code::E512, place, message)
+                Diagnostic::new(Code::InvalidTablePoints, place, message)
                     .label(wanted.span, "the table needs it")
                     .help(help),
             ));
@@ -87,7 +89,8 @@ fn columns(
         if let Some((_, again)) = matching.next() {
             let message = format!("two columns are called `{}`", wanted.text);
             return Err(diagnostics.error(
-                Diagnostic::new(Code::E609, again.span, message).label(cell.span, "first here"),
+                Diagnostic::new(Code::MalformedHeader, again.span, message)
+                    .label(cell.span, "first here"),
             ));
         }
         columns.push((position, unit_of(cell, diagnostics)?));
@@ -96,39 +99,42 @@ fn columns(
 }
 
 /// The unit between the brackets of a header.
-fn unit_of(cell: &Cell<'_>, diagnostics: &mut Diagnostics) -> Result<Unit, Reported> {
+fn unit_of(
+    cell: &FileCell<'_>,
+    diagnostics: &mut Diagnostics,
+) -> Result<WrittenUnit, ErrorReported> {
     let inside = cell.text.split_once('[').and_then(|(_, rest)| rest.strip_suffix(']'));
     let Some(inside) = inside else {
         let message = format!("`{}` says no unit", cell.text);
         return Err(diagnostics.error(
-            Diagnostic::new(Code::E609, cell.span, message)
+            Diagnostic::new(Code::MalformedHeader, cell.span, message)
                 .help("write it between brackets behind the name, `[1]` for plain numbers"),
         ));
     };
-    Ok(Unit::new(cell.span, inside.trim()))
+    Ok(WrittenUnit::new(cell.span, inside.trim()))
 }
 
 /// The expected header.
-fn header_of(name: &Name, arguments: &[Argument]) -> String {
+fn header_of(name: &Name, arguments: &[FormalArgument]) -> String {
     let names = arguments.iter().map(|argument| &argument.name).chain([name]);
     let columns: Vec<String> = names.map(|name| format!("{} [unit]", name.text)).collect();
     format!("the header is `{}`", columns.join(","))
 }
 
 fn point(
-    cells: &[Cell<'_>],
+    cells: &[FileCell<'_>],
     span: Span,
     expected: usize,
-    columns: &[(usize, Unit)],
+    columns: &[(usize, WrittenUnit)],
     diagnostics: &mut Diagnostics,
-) -> Result<Point, Reported> {
+) -> Result<TablePoint, ErrorReported> {
     if cells.len() != expected {
         let message = format!("this row has {} cells and the header {expected}", cells.len());
-        return Err(diagnostics.error(Diagnostic::new(Code::E610, span, message)));
+        return Err(diagnostics.error(Diagnostic::new(Code::RowLength, span, message)));
     }
     let mut numbers = Vec::with_capacity(columns.len());
     for (position, unit) in columns {
-        let Cell { text, span } = cells[*position];
+        let FileCell { text, span } = cells[*position];
         let Some(value) = text.parse::<f64>().ok().filter(|value| value.is_finite()) else {
             let message = if text.is_empty() {
                 "a table has no gaps, and this cell is empty".to_owned()
@@ -136,18 +142,18 @@ fn point(
                 format!("`{text}` is not a number")
             };
             return Err(diagnostics.error(
-                Diagnostic::new(Code::E607, span, message)
+                Diagnostic::new(Code::NotANumber, span, message)
                     .help("decimals are separated by points; leave out rows without values"),
             ));
         };
         let (text, unit) = (text.to_owned(), Some(unit.clone()));
         numbers.push(Expr { span, kind: ExprKind::Number { value, text, unit } });
     }
-    Ok(Point { span, numbers })
+    Ok(TablePoint { span, numbers })
 }
 
 /// Lines that are neither blank nor remarks, split at commas.
-fn rows(text: &str, source: SourceId) -> impl Iterator<Item = (Vec<Cell<'_>>, Span)> {
+fn rows(text: &str, source: SourceId) -> impl Iterator<Item = (Vec<FileCell<'_>>, Span)> {
     let mut start = 0;
     text.split_inclusive('\n').filter_map(move |line| {
         let begin = start;
@@ -163,7 +169,7 @@ fn rows(text: &str, source: SourceId) -> impl Iterator<Item = (Vec<Cell<'_>>, Sp
                 let blank = |c: char| c.is_whitespace() || c == '"' || c == '\u{feff}';
                 let text = cell.trim_matches(blank);
                 let first = cell_start + (cell.len() - cell.trim_start_matches(blank).len());
-                Cell { text, span: place(source, first, first + text.len()) }
+                FileCell { text, span: place(source, first, first + text.len()) }
             });
             (cells.collect(), span)
         })
@@ -180,8 +186,9 @@ pub fn files(asts: &[Ast]) -> BTreeSet<SourceId> {
     let mut files = BTreeSet::new();
     for ast in asts {
         visit::items(&ast.items, &mut |item| {
-            if let ItemKind::Table { points: Points::File { rows: Some(Ok(rows)), .. }, .. } =
-                &item.kind
+            if let ItemKind::Table {
+                points: TablePoints::File { rows: Some(Ok(rows)), .. }, ..
+            } = &item.kind
             {
                 files.extend(rows.first().map(|row| row.span.source));
             }
@@ -191,9 +198,9 @@ pub fn files(asts: &[Ast]) -> BTreeSet<SourceId> {
 }
 
 /// The points of a table that are read from a file.
-pub(super) fn file_of(item: &mut ItemKind) -> Option<&mut Points> {
+pub(super) fn file_of(item: &mut ItemKind) -> Option<&mut TablePoints> {
     match item {
-        ItemKind::Table { points: points @ Points::File { .. }, .. } => Some(points),
+        ItemKind::Table { points: points @ TablePoints::File { .. }, .. } => Some(points),
         _ => None,
     }
 }

@@ -1,8 +1,9 @@
 //! Traversals of the parts of a tree, for renaming, replacing and comparing.
 
 use super::ast::{
-    Argument, Attribute, AttributeKind, Choice, Condition, Counter, Expr, ExprKind, Item, ItemKind,
-    LocalLet, Name, Range, Reaction, Reduction, Reset, StartRule, Transition, Unit,
+    Attribute, AttributeKind, CrossingCondition, Expr, ExprKind, FormalArgument, Item, ItemKind,
+    LocalLet, LoopCounter, Name, NumberRange, Reaction, Reduction, ResetClause, StartRule,
+    TransitionClause, VariantChoice, WrittenUnit,
 };
 
 /// Names of one namespace differ from each other; those of two need not.
@@ -24,7 +25,7 @@ pub enum Namespace {
 
 /// The role of an expression in its item.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Role<'a> {
+pub enum ExprRole<'a> {
     /// The value of a constant or a parameter, or an attribute.
     Declaration,
     /// The start value of an unknown, a side of a start equation, or the condition of an initial mode.
@@ -32,7 +33,7 @@ pub enum Role<'a> {
     /// The value of a `let`, or a number of a table.
     Let(&'a Name),
     /// The body of a function, or one of its `let`s, with the function's local names.
-    Body(&'a Name, &'a [Argument]),
+    Body(&'a Name, &'a [FormalArgument]),
     /// The value of an output.
     Output(&'a Name),
     /// The noise of an output, which it may read by its own name.
@@ -47,35 +48,35 @@ pub enum Role<'a> {
 
 /// A part of an item.
 #[derive(Debug)]
-pub enum Part<'a> {
+pub enum ItemPart<'a> {
     /// A name that is declared.
     Declares(Namespace, &'a mut Name),
     /// An unknown that a transition resets, or that a saturation bounds.
     Resets(&'a mut Name),
     /// A unit that is declared.
-    Unit(&'a mut Option<Unit>),
+    Unit(&'a mut Option<WrittenUnit>),
     /// An expression.
-    Expr(Role<'a>, &'a mut Expr),
+    Expr(ExprRole<'a>, &'a mut Expr),
 }
 
 /// Visits the parts of an item, and of nested items, in the order written.
 ///
 /// The order is the same for two items that differ only in names, units and expressions.
-pub fn parts_mut(item: &mut Item, visit: &mut dyn FnMut(Part<'_>)) {
+pub fn parts_mut(item: &mut Item, visit: &mut dyn FnMut(ItemPart<'_>)) {
     match &mut item.kind {
         ItemKind::Import { .. } | ItemKind::Start(StartRule::Steady) => {}
         ItemKind::Start(StartRule::Equation { label, left, right }) => {
-            visit(Part::Declares(Namespace::Equation, label));
-            visit(Part::Expr(Role::Start, left));
-            visit(Part::Expr(Role::Start, right));
+            visit(ItemPart::Declares(Namespace::Equation, label));
+            visit(ItemPart::Expr(ExprRole::Start, left));
+            visit(ItemPart::Expr(ExprRole::Start, right));
         }
         ItemKind::Constant { name, unit, value } => {
             declared(name, unit, visit);
-            visit(Part::Expr(Role::Declaration, value));
+            visit(ItemPart::Expr(ExprRole::Declaration, value));
         }
         ItemKind::Parameter { name, unit, value, attributes: all } => {
             declared(name, unit, visit);
-            visit(Part::Expr(Role::Declaration, value));
+            visit(ItemPart::Expr(ExprRole::Declaration, value));
             attributes(all, visit);
         }
         ItemKind::Input { name, unit, attributes: all } => {
@@ -85,24 +86,25 @@ pub fn parts_mut(item: &mut Item, visit: &mut dyn FnMut(Part<'_>)) {
         ItemKind::Unknown { name, unit, start, attributes: all, .. } => {
             declared(name, unit, visit);
             if let Some(start) = start {
-                visit(Part::Expr(Role::Start, start));
+                visit(ItemPart::Expr(ExprRole::Start, start));
             }
             attributes(all, visit);
         }
-        ItemKind::Unit { value, .. } => visit(Part::Expr(Role::Declaration, value)),
+        ItemKind::Unit { value, .. } => visit(ItemPart::Expr(ExprRole::Declaration, value)),
         ItemKind::Size { name, value } => {
-            visit(Part::Declares(Namespace::Value, name));
-            visit(Part::Expr(Role::Declaration, value));
+            visit(ItemPart::Declares(Namespace::Value, name));
+            visit(ItemPart::Expr(ExprRole::Declaration, value));
         }
         ItemKind::Array { declared, name, axes, unit, start, attributes: all } => {
-            visit(Part::Declares(Namespace::Value, name));
+            visit(ItemPart::Declares(Namespace::Value, name));
             for axis in axes {
                 ends(&mut axis.range, visit);
             }
-            visit(Part::Unit(unit));
+            visit(ItemPart::Unit(unit));
             if let Some(start) = start {
-                let role = if declared.is_unknown() { Role::Start } else { Role::Declaration };
-                visit(Part::Expr(role, start));
+                let role =
+                    if declared.is_unknown() { ExprRole::Start } else { ExprRole::Declaration };
+                visit(ItemPart::Expr(role, start));
             }
             attributes(all, visit);
         }
@@ -116,103 +118,103 @@ pub fn parts_mut(item: &mut Item, visit: &mut dyn FnMut(Part<'_>)) {
         }
         ItemKind::Let { name, unit, value } => {
             declared(name, unit, visit);
-            visit(Part::Expr(Role::Let(name), value));
+            visit(ItemPart::Expr(ExprRole::Let(name), value));
         }
         ItemKind::Function { name, arguments, lets, body } => {
-            visit(Part::Declares(Namespace::Value, name));
+            visit(ItemPart::Declares(Namespace::Value, name));
             for argument in arguments.iter_mut() {
-                visit(Part::Unit(&mut argument.unit));
+                visit(ItemPart::Unit(&mut argument.unit));
             }
             let locals = locals(arguments, lets);
             for local in lets {
-                visit(Part::Unit(&mut local.unit));
-                visit(Part::Expr(Role::Body(name, &locals), &mut local.value));
+                visit(ItemPart::Unit(&mut local.unit));
+                visit(ItemPart::Expr(ExprRole::Body(name, &locals), &mut local.value));
             }
-            visit(Part::Expr(Role::Body(name, &locals), body));
+            visit(ItemPart::Expr(ExprRole::Body(name, &locals), body));
         }
         ItemKind::Table { name, arguments, unit, points, attributes: all } => {
-            visit(Part::Declares(Namespace::Value, name));
+            visit(ItemPart::Declares(Namespace::Value, name));
             for argument in arguments.iter_mut() {
-                visit(Part::Unit(&mut argument.unit));
+                visit(ItemPart::Unit(&mut argument.unit));
             }
-            visit(Part::Unit(unit));
+            visit(ItemPart::Unit(unit));
             for number in points.expressions_mut() {
-                visit(Part::Expr(Role::Let(name), number));
+                visit(ItemPart::Expr(ExprRole::Let(name), number));
             }
             attributes(all, visit);
         }
         ItemKind::Output { name, unit, value, attributes: all } => {
             // Its noise reads it by its current name.
             let reader = name.clone();
-            visit(Part::Declares(Namespace::Output, name));
-            visit(Part::Unit(unit));
+            visit(ItemPart::Declares(Namespace::Output, name));
+            visit(ItemPart::Unit(unit));
             if let Some(value) = value {
-                visit(Part::Expr(Role::Output(name), value));
+                visit(ItemPart::Expr(ExprRole::Output(name), value));
             }
             for attribute in all {
                 if let AttributeKind::Noise(size) = &mut attribute.kind {
-                    visit(Part::Expr(Role::Noise(&reader), size));
+                    visit(ItemPart::Expr(ExprRole::Noise(&reader), size));
                 }
             }
         }
         ItemKind::Equation { label, left, right, attributes: all } => {
-            visit(Part::Declares(Namespace::Equation, label));
-            visit(Part::Expr(Role::Left(label), left));
-            visit(Part::Expr(Role::Right(label), right));
+            visit(ItemPart::Declares(Namespace::Equation, label));
+            visit(ItemPart::Expr(ExprRole::Left(label), left));
+            visit(ItemPart::Expr(ExprRole::Right(label), right));
             attributes(all, visit);
         }
         ItemKind::Variant { name, choices } => {
-            visit(Part::Declares(Namespace::Variant, name));
+            visit(ItemPart::Declares(Namespace::Variant, name));
             items_of_choices(choices, visit);
         }
         ItemKind::Modes { name, modes, transitions, starts } => {
-            visit(Part::Declares(Namespace::Modes, name));
+            visit(ItemPart::Declares(Namespace::Modes, name));
             items_of_choices(modes, visit);
-            for Transition { conditions, resets, .. } in transitions {
+            for TransitionClause { conditions, resets, .. } in transitions {
                 reaction(conditions, resets, visit);
             }
             for condition in starts.iter_mut().filter_map(|start| start.condition.as_mut()) {
-                visit(Part::Expr(Role::Start, condition));
+                visit(ItemPart::Expr(ExprRole::Start, condition));
             }
         }
         ItemKind::Part { name, axes, arguments, .. } => {
-            visit(Part::Declares(Namespace::Part, name));
+            visit(ItemPart::Declares(Namespace::Part, name));
             for axis in axes {
                 ends(&mut axis.range, visit);
             }
             for argument in arguments {
-                visit(Part::Expr(Role::Declaration, &mut argument.value));
+                visit(ItemPart::Expr(ExprRole::Declaration, &mut argument.value));
             }
         }
         ItemKind::Binding { input, indices, value } => {
             declarations(indices, visit);
-            visit(Part::Expr(Role::Let(input), value));
+            visit(ItemPart::Expr(ExprRole::Let(input), value));
         }
         ItemKind::When(Reaction { conditions, resets }) => reaction(conditions, resets, visit),
         ItemKind::Every { period, offset, resets } => {
-            visit(Part::Expr(Role::Transition, period));
+            visit(ItemPart::Expr(ExprRole::Transition, period));
             if let Some(offset) = offset {
-                visit(Part::Expr(Role::Transition, offset));
+                visit(ItemPart::Expr(ExprRole::Transition, offset));
             }
             reaction(&mut [], resets, visit);
         }
         ItemKind::Saturate { name, indices, bound, .. } => {
-            visit(Part::Resets(name));
+            visit(ItemPart::Resets(name));
             declarations(indices, visit);
-            visit(Part::Expr(Role::Transition, bound));
+            visit(ItemPart::Expr(ExprRole::Transition, bound));
         }
     }
 }
 
-fn declared(name: &mut Name, unit: &mut Option<Unit>, visit: &mut dyn FnMut(Part<'_>)) {
-    visit(Part::Declares(Namespace::Value, name));
-    visit(Part::Unit(unit));
+fn declared(name: &mut Name, unit: &mut Option<WrittenUnit>, visit: &mut dyn FnMut(ItemPart<'_>)) {
+    visit(ItemPart::Declares(Namespace::Value, name));
+    visit(ItemPart::Unit(unit));
 }
 
-fn attributes(all: &mut [Attribute], visit: &mut dyn FnMut(Part<'_>)) {
+fn attributes(all: &mut [Attribute], visit: &mut dyn FnMut(ItemPart<'_>)) {
     for attribute in all {
         for expr in attribute_expressions_mut(attribute) {
-            visit(Part::Expr(Role::Declaration, expr));
+            visit(ItemPart::Expr(ExprRole::Declaration, expr));
         }
     }
 }
@@ -258,53 +260,57 @@ pub fn attribute_expressions_mut(attribute: &mut Attribute) -> Vec<&mut Expr> {
 }
 
 /// Index expressions, which are constant.
-fn declarations(all: &mut [Expr], visit: &mut dyn FnMut(Part<'_>)) {
+fn declarations(all: &mut [Expr], visit: &mut dyn FnMut(ItemPart<'_>)) {
     for expr in all {
-        visit(Part::Expr(Role::Declaration, expr));
+        visit(ItemPart::Expr(ExprRole::Declaration, expr));
     }
 }
 
-fn ends(range: &mut Range, visit: &mut dyn FnMut(Part<'_>)) {
-    visit(Part::Expr(Role::Declaration, &mut range.lower));
-    visit(Part::Expr(Role::Declaration, &mut range.upper));
+fn ends(range: &mut NumberRange, visit: &mut dyn FnMut(ItemPart<'_>)) {
+    visit(ItemPart::Expr(ExprRole::Declaration, &mut range.lower));
+    visit(ItemPart::Expr(ExprRole::Declaration, &mut range.upper));
 }
 
-fn items_of_choices(choices: &mut [Choice], visit: &mut dyn FnMut(Part<'_>)) {
+fn items_of_choices(choices: &mut [VariantChoice], visit: &mut dyn FnMut(ItemPart<'_>)) {
     for item in choices.iter_mut().flat_map(|choice| &mut choice.items) {
         parts_mut(item, visit);
     }
 }
 
 /// The local names of a function: its arguments and its `let`s.
-pub fn locals(arguments: &[Argument], lets: &[LocalLet]) -> Vec<Argument> {
-    let of_let = |local: &LocalLet| Argument { name: local.name.clone(), unit: None };
+pub fn locals(arguments: &[FormalArgument], lets: &[LocalLet]) -> Vec<FormalArgument> {
+    let of_let = |local: &LocalLet| FormalArgument { name: local.name.clone(), unit: None };
     arguments.iter().cloned().chain(lets.iter().map(of_let)).collect()
 }
 
 /// The sides of conditions, and their resets.
-fn reaction(conditions: &mut [Condition], resets: &mut [Reset], visit: &mut dyn FnMut(Part<'_>)) {
-    for Condition { left, right, .. } in conditions {
-        visit(Part::Expr(Role::Transition, left));
-        visit(Part::Expr(Role::Transition, right));
+fn reaction(
+    conditions: &mut [CrossingCondition],
+    resets: &mut [ResetClause],
+    visit: &mut dyn FnMut(ItemPart<'_>),
+) {
+    for CrossingCondition { left, right, .. } in conditions {
+        visit(ItemPart::Expr(ExprRole::Transition, left));
+        visit(ItemPart::Expr(ExprRole::Transition, right));
     }
     for reset in resets {
-        visit(Part::Resets(&mut reset.name));
+        visit(ItemPart::Resets(&mut reset.name));
         declarations(&mut reset.indices, visit);
-        visit(Part::Expr(Role::Transition, &mut reset.value));
+        visit(ItemPart::Expr(ExprRole::Transition, &mut reset.value));
     }
 }
 
 /// Visits every unit of an item, including those of its numbers.
-pub fn units_of_item_mut(item: &mut Item, visit: &mut dyn FnMut(&mut Unit)) {
+pub fn units_of_item_mut(item: &mut Item, visit: &mut dyn FnMut(&mut WrittenUnit)) {
     parts_mut(item, &mut |part| match part {
-        Part::Declares(..) | Part::Resets(_) => {}
-        Part::Unit(unit) => unit.iter_mut().for_each(&mut *visit),
-        Part::Expr(_, expr) => units_of_expression_mut(expr, visit),
+        ItemPart::Declares(..) | ItemPart::Resets(_) => {}
+        ItemPart::Unit(unit) => unit.iter_mut().for_each(&mut *visit),
+        ItemPart::Expr(_, expr) => units_of_expression_mut(expr, visit),
     });
 }
 
 /// Visits the units of an expression's numbers.
-pub fn units_of_expression_mut(expr: &mut Expr, visit: &mut dyn FnMut(&mut Unit)) {
+pub fn units_of_expression_mut(expr: &mut Expr, visit: &mut dyn FnMut(&mut WrittenUnit)) {
     if let ExprKind::Number { unit: Some(unit), .. } = &mut expr.kind {
         visit(unit);
     }
@@ -378,8 +384,8 @@ pub fn operands_mut(expr: &mut Expr) -> Vec<&mut Expr> {
         | ExprKind::List(all) => all.iter_mut().collect(),
         ExprKind::Reduce(reduction) => {
             let Reduction { body, counters, .. } = &mut **reduction;
-            let ends = counters.iter_mut().flat_map(|Counter { range, .. }| {
-                let Range { lower, upper, .. } = range;
+            let ends = counters.iter_mut().flat_map(|LoopCounter { range, .. }| {
+                let NumberRange { lower, upper, .. } = range;
                 [lower, upper]
             });
             std::iter::once(body).chain(ends).collect()

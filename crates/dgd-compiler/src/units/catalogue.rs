@@ -9,7 +9,7 @@ pub const STANDARD_ATMOSPHERE: f64 = 101_325.0;
 
 /// One unit of the catalogue.
 #[derive(Debug, Clone, Copy)]
-pub struct Row {
+pub struct UnitRow {
     /// Its usual symbol.
     pub symbol: &'static str,
     /// Other spellings.
@@ -58,34 +58,34 @@ pub const PREFIXES: &[(&str, f64, f64)] = &[
 ];
 
 const NUMBER: Dimension = Dimension::ONE;
-const MASS: Dimension = Dimension::of([1, 0, 0, 0, 0, 0, 0]);
-const LENGTH: Dimension = Dimension::of([0, 1, 0, 0, 0, 0, 0]);
-pub(super) const TIME: Dimension = Dimension::of([0, 0, 1, 0, 0, 0, 0]);
-const CURRENT: Dimension = Dimension::of([0, 0, 0, 1, 0, 0, 0]);
-const TEMPERATURE: Dimension = Dimension::of([0, 0, 0, 0, 1, 0, 0]);
-const AMOUNT: Dimension = Dimension::of([0, 0, 0, 0, 0, 1, 0]);
-pub(super) const LUMINOUS_INTENSITY: Dimension = Dimension::of([0, 0, 0, 0, 0, 0, 1]);
-const CONCENTRATION: Dimension = Dimension::of([0, -3, 0, 0, 0, 1, 0]);
-const SPEED: Dimension = Dimension::of([0, 1, -1, 0, 0, 0, 0]);
-const AREA: Dimension = Dimension::of([0, 2, 0, 0, 0, 0, 0]);
-const VOLUME: Dimension = Dimension::of([0, 3, 0, 0, 0, 0, 0]);
-const FLOW: Dimension = Dimension::of([0, 3, -1, 0, 0, 0, 0]);
-const FREQUENCY: Dimension = Dimension::of([0, 0, -1, 0, 0, 0, 0]);
-const DENSITY: Dimension = Dimension::of([1, -3, 0, 0, 0, 0, 0]);
-const FORCE: Dimension = Dimension::of([1, 1, -2, 0, 0, 0, 0]);
-pub(super) const PRESSURE: Dimension = Dimension::of([1, -1, -2, 0, 0, 0, 0]);
-const ENERGY: Dimension = Dimension::of([1, 2, -2, 0, 0, 0, 0]);
-const POWER: Dimension = Dimension::of([1, 2, -3, 0, 0, 0, 0]);
-const VISCOSITY: Dimension = Dimension::of([1, -1, -1, 0, 0, 0, 0]);
-const DIFFUSIVITY: Dimension = Dimension::of([0, 2, -1, 0, 0, 0, 0]);
-const CHARGE: Dimension = Dimension::of([0, 0, 1, 1, 0, 0, 0]);
-const VOLTAGE: Dimension = Dimension::of([1, 2, -3, -1, 0, 0, 0]);
-const RESISTANCE: Dimension = Dimension::of([1, 2, -3, -2, 0, 0, 0]);
-const CONDUCTANCE: Dimension = Dimension::of([-1, -2, 3, 2, 0, 0, 0]);
-const CAPACITANCE: Dimension = Dimension::of([-1, -2, 4, 2, 0, 0, 0]);
-const FLUX: Dimension = Dimension::of([1, 2, -2, -1, 0, 0, 0]);
-const FLUX_DENSITY: Dimension = Dimension::of([1, 0, -2, -1, 0, 0, 0]);
-const INDUCTANCE: Dimension = Dimension::of([1, 2, -2, -2, 0, 0, 0]);
+const MASS: Dimension = Dimension::from_exponents([1, 0, 0, 0, 0, 0, 0]);
+const LENGTH: Dimension = Dimension::from_exponents([0, 1, 0, 0, 0, 0, 0]);
+pub(super) const TIME: Dimension = Dimension::from_exponents([0, 0, 1, 0, 0, 0, 0]);
+const CURRENT: Dimension = Dimension::from_exponents([0, 0, 0, 1, 0, 0, 0]);
+const TEMPERATURE: Dimension = Dimension::from_exponents([0, 0, 0, 0, 1, 0, 0]);
+const AMOUNT: Dimension = Dimension::from_exponents([0, 0, 0, 0, 0, 1, 0]);
+pub(super) const LUMINOUS_INTENSITY: Dimension = Dimension::from_exponents([0, 0, 0, 0, 0, 0, 1]);
+const CONCENTRATION: Dimension = Dimension::from_exponents([0, -3, 0, 0, 0, 1, 0]);
+const SPEED: Dimension = Dimension::from_exponents([0, 1, -1, 0, 0, 0, 0]);
+const AREA: Dimension = Dimension::from_exponents([0, 2, 0, 0, 0, 0, 0]);
+const VOLUME: Dimension = Dimension::from_exponents([0, 3, 0, 0, 0, 0, 0]);
+const FLOW: Dimension = Dimension::from_exponents([0, 3, -1, 0, 0, 0, 0]);
+const FREQUENCY: Dimension = Dimension::from_exponents([0, 0, -1, 0, 0, 0, 0]);
+const DENSITY: Dimension = Dimension::from_exponents([1, -3, 0, 0, 0, 0, 0]);
+const FORCE: Dimension = Dimension::from_exponents([1, 1, -2, 0, 0, 0, 0]);
+pub(super) const PRESSURE: Dimension = Dimension::from_exponents([1, -1, -2, 0, 0, 0, 0]);
+const ENERGY: Dimension = Dimension::from_exponents([1, 2, -2, 0, 0, 0, 0]);
+const POWER: Dimension = Dimension::from_exponents([1, 2, -3, 0, 0, 0, 0]);
+const VISCOSITY: Dimension = Dimension::from_exponents([1, -1, -1, 0, 0, 0, 0]);
+const DIFFUSIVITY: Dimension = Dimension::from_exponents([0, 2, -1, 0, 0, 0, 0]);
+const CHARGE: Dimension = Dimension::from_exponents([0, 0, 1, 1, 0, 0, 0]);
+const VOLTAGE: Dimension = Dimension::from_exponents([1, 2, -3, -1, 0, 0, 0]);
+const RESISTANCE: Dimension = Dimension::from_exponents([1, 2, -3, -2, 0, 0, 0]);
+const CONDUCTANCE: Dimension = Dimension::from_exponents([-1, -2, 3, 2, 0, 0, 0]);
+const CAPACITANCE: Dimension = Dimension::from_exponents([-1, -2, 4, 2, 0, 0, 0]);
+const FLUX: Dimension = Dimension::from_exponents([1, 2, -2, -1, 0, 0, 0]);
+const FLUX_DENSITY: Dimension = Dimension::from_exponents([1, 0, -2, -1, 0, 0, 0]);
+const INDUCTANCE: Dimension = Dimension::from_exponents([1, 2, -2, -2, 0, 0, 0]);
 
 /// kg in a pound, m in an inch and m³ in a US gallon (231 in³), as exact quotients.
 const POUND: (f64, f64) = (45_359_237.0, 1e8);
@@ -96,20 +96,23 @@ const POUND_FORCE: (f64, f64) = (44_482_216_152_605.0, 1e13);
 /// Pa in a pound-force on a square inch.
 const PSI: (f64, f64) = (44_482_216_152_605.0, 6_451_600_000.0);
 
-impl Row {
+impl UnitRow {
     /// A coherent SI unit.
-    const fn si(symbol: &'static str, dimension: Dimension, doc: &'static str) -> Row {
-        Row { prefixes: Prefixes::Allowed, ..Row::of(symbol, dimension, (1.0, 1.0), doc) }
+    const fn si(symbol: &'static str, dimension: Dimension, doc: &'static str) -> UnitRow {
+        UnitRow {
+            prefixes: Prefixes::Allowed,
+            ..UnitRow::with_factor(symbol, dimension, (1.0, 1.0), doc)
+        }
     }
 
     /// A unit with a factor, and without prefixes.
-    const fn of(
+    const fn with_factor(
         symbol: &'static str,
         dimension: Dimension,
         factor: (f64, f64),
         doc: &'static str,
-    ) -> Row {
-        Row {
+    ) -> UnitRow {
+        UnitRow {
             symbol,
             aliases: &[],
             dimension,
@@ -122,23 +125,23 @@ impl Row {
     }
 
     /// The unit with SI prefixes allowed.
-    const fn with_prefixes(self) -> Row {
-        Row { prefixes: Prefixes::Allowed, ..self }
+    const fn with_prefixes(self) -> UnitRow {
+        UnitRow { prefixes: Prefixes::Allowed, ..self }
     }
 
     /// The unit with other spellings.
-    const fn or(self, aliases: &'static [&'static str]) -> Row {
-        Row { aliases, ..self }
+    const fn or(self, aliases: &'static [&'static str]) -> UnitRow {
+        UnitRow { aliases, ..self }
     }
 
     /// The unit with an offset.
-    const fn zero_at(self, offset: f64) -> Row {
-        Row { offset, ..self }
+    const fn zero_at(self, offset: f64) -> UnitRow {
+        UnitRow { offset, ..self }
     }
 
     /// The unit with a pressure datum.
-    const fn counted_from(self, datum: Datum) -> Row {
-        Row { datum: Some(datum), ..self }
+    const fn counted_from(self, datum: Datum) -> UnitRow {
+        UnitRow { datum: Some(datum), ..self }
     }
 
     /// Every spelling without a prefix, the symbol first.
@@ -148,114 +151,148 @@ impl Row {
 }
 
 /// Every unit, by kind of quantity.
-pub static CATALOGUE: &[Row] = &[
+pub static CATALOGUE: &[UnitRow] = &[
     // Base units; the kilogram is a gram with a prefix.
-    Row::si("m", LENGTH, "metre"),
-    Row::of("g", MASS, (1.0, 1e3), "gram").with_prefixes(),
-    Row::si("s", TIME, "second").or(&["sec"]),
-    Row::si("A", CURRENT, "ampere"),
-    Row::si("K", TEMPERATURE, "kelvin"),
-    Row::si("mol", AMOUNT, "mole"),
-    Row::si("cd", LUMINOUS_INTENSITY, "candela"),
+    UnitRow::si("m", LENGTH, "metre"),
+    UnitRow::with_factor("g", MASS, (1.0, 1e3), "gram").with_prefixes(),
+    UnitRow::si("s", TIME, "second").or(&["sec"]),
+    UnitRow::si("A", CURRENT, "ampere"),
+    UnitRow::si("K", TEMPERATURE, "kelvin"),
+    UnitRow::si("mol", AMOUNT, "mole"),
+    UnitRow::si("cd", LUMINOUS_INTENSITY, "candela"),
     // Numbers and angles
-    Row::of("%", NUMBER, (1.0, 1e2), "percent: 0.01").or(&["percent"]),
-    Row::of("ppm", NUMBER, (1.0, 1e6), "parts per million"),
-    Row::of("ppb", NUMBER, (1.0, 1e9), "parts per billion: 10⁻⁹"),
-    Row::si("rad", NUMBER, "radian: 1"),
-    Row::of("rev", NUMBER, (std::f64::consts::TAU, 1.0), "revolution: 2π rad"),
-    Row::si("sr", NUMBER, "steradian: 1"),
-    Row::of("deg", NUMBER, (std::f64::consts::PI, 180.0), "degree of arc: π/180").or(&["°"]),
+    UnitRow::with_factor("%", NUMBER, (1.0, 1e2), "percent: 0.01").or(&["percent"]),
+    UnitRow::with_factor("ppm", NUMBER, (1.0, 1e6), "parts per million"),
+    UnitRow::with_factor("ppb", NUMBER, (1.0, 1e9), "parts per billion: 10⁻⁹"),
+    UnitRow::si("rad", NUMBER, "radian: 1"),
+    UnitRow::with_factor("rev", NUMBER, (std::f64::consts::TAU, 1.0), "revolution: 2π rad"),
+    UnitRow::si("sr", NUMBER, "steradian: 1"),
+    UnitRow::with_factor("deg", NUMBER, (std::f64::consts::PI, 180.0), "degree of arc: π/180")
+        .or(&["°"]),
     // Time
-    Row::of("min", TIME, (60.0, 1.0), "minute"),
-    Row::of("h", TIME, (3600.0, 1.0), "hour").or(&["hr"]),
-    Row::of("d", TIME, (86_400.0, 1.0), "day").or(&["day"]),
-    Row::of("week", TIME, (604_800.0, 1.0), "week: 7 d"),
-    Row::of("year", TIME, (31_557_600.0, 1.0), "Julian year: 365.25 d").or(&["yr"]),
-    Row::si("Hz", FREQUENCY, "hertz: 1/s"),
-    Row::of("rpm", FREQUENCY, (std::f64::consts::PI, 30.0), "revolutions per minute: 2π/60 rad/s"),
-    Row::of("spm", FREQUENCY, (1.0, 60.0), "strokes per minute: 1/60 s⁻¹"),
+    UnitRow::with_factor("min", TIME, (60.0, 1.0), "minute"),
+    UnitRow::with_factor("h", TIME, (3600.0, 1.0), "hour").or(&["hr"]),
+    UnitRow::with_factor("d", TIME, (86_400.0, 1.0), "day").or(&["day"]),
+    UnitRow::with_factor("week", TIME, (604_800.0, 1.0), "week: 7 d"),
+    UnitRow::with_factor("year", TIME, (31_557_600.0, 1.0), "Julian year: 365.25 d").or(&["yr"]),
+    UnitRow::si("Hz", FREQUENCY, "hertz: 1/s"),
+    UnitRow::with_factor(
+        "rpm",
+        FREQUENCY,
+        (std::f64::consts::PI, 30.0),
+        "revolutions per minute: 2π/60 rad/s",
+    ),
+    UnitRow::with_factor("spm", FREQUENCY, (1.0, 60.0), "strokes per minute: 1/60 s⁻¹"),
     // Length, area, volume
-    Row::of("in", LENGTH, INCH, "inch: 25.4 mm").or(&["inch"]),
-    Row::of("ft", LENGTH, (3048.0, 1e4), "foot: 0.3048 m"),
-    Row::of("yd", LENGTH, (9144.0, 1e4), "yard: 0.9144 m"),
-    Row::of("mi", LENGTH, (1_609_344.0, 1e3), "mile: 1609.344 m"),
-    Row::of("D", AREA, (1.0, 101_325e7), "darcy (permeability)").or(&["darcy"]).with_prefixes(),
-    Row::of("l", VOLUME, (1.0, 1e3), "litre").or(&["L"]).with_prefixes(),
-    Row::of("bbl", VOLUME, (42.0 * GALLON.0, GALLON.1), "oil barrel: 42 US gallons"),
-    Row::of("gal", VOLUME, GALLON, "US gallon: 231 in³"),
+    UnitRow::with_factor("in", LENGTH, INCH, "inch: 25.4 mm").or(&["inch"]),
+    UnitRow::with_factor("ft", LENGTH, (3048.0, 1e4), "foot: 0.3048 m"),
+    UnitRow::with_factor("yd", LENGTH, (9144.0, 1e4), "yard: 0.9144 m"),
+    UnitRow::with_factor("mi", LENGTH, (1_609_344.0, 1e3), "mile: 1609.344 m"),
+    UnitRow::with_factor("D", AREA, (1.0, 101_325e7), "darcy (permeability)")
+        .or(&["darcy"])
+        .with_prefixes(),
+    UnitRow::with_factor("l", VOLUME, (1.0, 1e3), "litre").or(&["L"]).with_prefixes(),
+    UnitRow::with_factor("bbl", VOLUME, (42.0 * GALLON.0, GALLON.1), "oil barrel: 42 US gallons"),
+    UnitRow::with_factor("gal", VOLUME, GALLON, "US gallon: 231 in³"),
     // Speed
-    Row::of("mph", SPEED, (1_609_344.0, 3_600e3), "mile per hour: 0.44704 m/s"),
-    Row::of("knot", SPEED, (1852.0, 3600.0), "nautical mile per hour: 1852 m/h").or(&["kn"]),
+    UnitRow::with_factor("mph", SPEED, (1_609_344.0, 3_600e3), "mile per hour: 0.44704 m/s"),
+    UnitRow::with_factor("knot", SPEED, (1852.0, 3600.0), "nautical mile per hour: 1852 m/h")
+        .or(&["kn"]),
     // Flow
-    Row::of("lpm", FLOW, (1.0, 60e3), "litres per minute").or(&["LPM"]),
-    Row::of("gpm", FLOW, (GALLON.0, 60.0 * GALLON.1), "US gallons per minute").or(&["GPM"]),
+    UnitRow::with_factor("lpm", FLOW, (1.0, 60e3), "litres per minute").or(&["LPM"]),
+    UnitRow::with_factor("gpm", FLOW, (GALLON.0, 60.0 * GALLON.1), "US gallons per minute")
+        .or(&["GPM"]),
     // Mass, force
-    Row::of("t", MASS, (1e3, 1.0), "tonne: 1000 kg").or(&["tonne"]),
-    Row::of("lb", MASS, POUND, "pound: 0.45359237 kg").or(&["lbm"]),
-    Row::si("N", FORCE, "newton"),
-    Row::of("lbf", FORCE, POUND_FORCE, "pound-force"),
-    Row::of("kgf", FORCE, (980_665.0, 1e5), "kilogram-force: 9.80665 N"),
+    UnitRow::with_factor("t", MASS, (1e3, 1.0), "tonne: 1000 kg").or(&["tonne"]),
+    UnitRow::with_factor("lb", MASS, POUND, "pound: 0.45359237 kg").or(&["lbm"]),
+    UnitRow::si("N", FORCE, "newton"),
+    UnitRow::with_factor("lbf", FORCE, POUND_FORCE, "pound-force"),
+    UnitRow::with_factor("kgf", FORCE, (980_665.0, 1e5), "kilogram-force: 9.80665 N"),
     // Concentration
-    Row::of("M", CONCENTRATION, (1e3, 1.0), "molar: 1 mol/l").with_prefixes(),
+    UnitRow::with_factor("M", CONCENTRATION, (1e3, 1.0), "molar: 1 mol/l").with_prefixes(),
     // Density
-    Row::of("sg", DENSITY, (1e3, 1.0), "specific gravity: relative to 1000 kg/m³"),
-    Row::of("ppg", DENSITY, (POUND.0 * 1e4, GALLON.0), "pounds per US gallon"),
-    Row::of("pcf", DENSITY, (POUND.0 * 1e4, 3048.0 * 3048.0 * 3048.0), "pounds per cubic foot"),
+    UnitRow::with_factor("sg", DENSITY, (1e3, 1.0), "specific gravity: relative to 1000 kg/m³"),
+    UnitRow::with_factor("ppg", DENSITY, (POUND.0 * 1e4, GALLON.0), "pounds per US gallon"),
+    UnitRow::with_factor(
+        "pcf",
+        DENSITY,
+        (POUND.0 * 1e4, 3048.0 * 3048.0 * 3048.0),
+        "pounds per cubic foot",
+    ),
     // Pressure
-    Row::si("Pa", PRESSURE, "pascal"),
-    Row::of("bar", PRESSURE, (1e5, 1.0), "bar: 100 kPa").with_prefixes(),
-    Row::of("bara", PRESSURE, (1e5, 1.0), "bar above vacuum")
+    UnitRow::si("Pa", PRESSURE, "pascal"),
+    UnitRow::with_factor("bar", PRESSURE, (1e5, 1.0), "bar: 100 kPa").with_prefixes(),
+    UnitRow::with_factor("bara", PRESSURE, (1e5, 1.0), "bar above vacuum")
         .with_prefixes()
         .counted_from(Datum::Absolute),
-    Row::of("barg", PRESSURE, (1e5, 1.0), "bar above the standard atmosphere")
+    UnitRow::with_factor("barg", PRESSURE, (1e5, 1.0), "bar above the standard atmosphere")
         .with_prefixes()
         .counted_from(Datum::Gauge),
-    Row::of("psi", PRESSURE, PSI, "pound-force per square inch"),
-    Row::of("psia", PRESSURE, PSI, "psi above vacuum").counted_from(Datum::Absolute),
-    Row::of("psig", PRESSURE, PSI, "psi above the standard atmosphere").counted_from(Datum::Gauge),
-    Row::of("ksi", PRESSURE, (1e3 * PSI.0, PSI.1), "1000 psi"),
-    Row::of("atm", PRESSURE, (STANDARD_ATMOSPHERE, 1.0), "standard atmosphere: 101325 Pa"),
-    Row::of("torr", PRESSURE, (STANDARD_ATMOSPHERE, 760.0), "torr: 1/760 of an atmosphere")
-        .or(&["Torr"])
-        .with_prefixes(),
-    Row::of("mmHg", PRESSURE, (133_322_387_415.0, 1e9), "millimetre of mercury"),
-    Row::of("inHg", PRESSURE, (133_322_387_415.0 * 25.4, 1e9), "inch of mercury"),
-    Row::of("mmH2O", PRESSURE, (980_665.0, 1e5), "millimetre of water"),
-    Row::of("inH2O", PRESSURE, (980_665.0 * 25.4, 1e5), "inch of water"),
+    UnitRow::with_factor("psi", PRESSURE, PSI, "pound-force per square inch"),
+    UnitRow::with_factor("psia", PRESSURE, PSI, "psi above vacuum").counted_from(Datum::Absolute),
+    UnitRow::with_factor("psig", PRESSURE, PSI, "psi above the standard atmosphere")
+        .counted_from(Datum::Gauge),
+    UnitRow::with_factor("ksi", PRESSURE, (1e3 * PSI.0, PSI.1), "1000 psi"),
+    UnitRow::with_factor(
+        "atm",
+        PRESSURE,
+        (STANDARD_ATMOSPHERE, 1.0),
+        "standard atmosphere: 101325 Pa",
+    ),
+    UnitRow::with_factor(
+        "torr",
+        PRESSURE,
+        (STANDARD_ATMOSPHERE, 760.0),
+        "torr: 1/760 of an atmosphere",
+    )
+    .or(&["Torr"])
+    .with_prefixes(),
+    UnitRow::with_factor("mmHg", PRESSURE, (133_322_387_415.0, 1e9), "millimetre of mercury"),
+    UnitRow::with_factor("inHg", PRESSURE, (133_322_387_415.0 * 25.4, 1e9), "inch of mercury"),
+    UnitRow::with_factor("mmH2O", PRESSURE, (980_665.0, 1e5), "millimetre of water"),
+    UnitRow::with_factor("inH2O", PRESSURE, (980_665.0 * 25.4, 1e5), "inch of water"),
     // Energy, power
-    Row::si("J", ENERGY, "joule"),
-    Row::si("Nm", ENERGY, "newton metre, of torque: 1 J"),
-    Row::of("eV", ENERGY, (1_602_176_634.0, 1e28), "electronvolt: 1.602176634e-19 J")
+    UnitRow::si("J", ENERGY, "joule"),
+    UnitRow::si("Nm", ENERGY, "newton metre, of torque: 1 J"),
+    UnitRow::with_factor("eV", ENERGY, (1_602_176_634.0, 1e28), "electronvolt: 1.602176634e-19 J")
         .with_prefixes(),
-    Row::of("cal", ENERGY, (4184.0, 1e3), "thermochemical calorie: 4.184 J").with_prefixes(),
-    Row::of("Wh", ENERGY, (3600.0, 1.0), "watt-hour").with_prefixes(),
-    Row::si("W", POWER, "watt"),
-    Row::si("VA", POWER, "volt-ampere, of apparent power: 1 W"),
-    Row::si("var", POWER, "volt-ampere reactive: 1 W"),
-    Row::of("hp", POWER, (550.0 * 0.3048 * POUND_FORCE.0, POUND_FORCE.1), "mechanical horsepower"),
+    UnitRow::with_factor("cal", ENERGY, (4184.0, 1e3), "thermochemical calorie: 4.184 J")
+        .with_prefixes(),
+    UnitRow::with_factor("Wh", ENERGY, (3600.0, 1.0), "watt-hour").with_prefixes(),
+    UnitRow::si("W", POWER, "watt"),
+    UnitRow::si("VA", POWER, "volt-ampere, of apparent power: 1 W"),
+    UnitRow::si("var", POWER, "volt-ampere reactive: 1 W"),
+    UnitRow::with_factor(
+        "hp",
+        POWER,
+        (550.0 * 0.3048 * POUND_FORCE.0, POUND_FORCE.1),
+        "mechanical horsepower",
+    ),
     // Viscosity
-    Row::of("P", VISCOSITY, (1.0, 10.0), "poise: 0.1 Pa·s").with_prefixes(),
-    Row::of("St", DIFFUSIVITY, (1.0, 1e4), "stokes: 1 cm²/s").with_prefixes(),
+    UnitRow::with_factor("P", VISCOSITY, (1.0, 10.0), "poise: 0.1 Pa·s").with_prefixes(),
+    UnitRow::with_factor("St", DIFFUSIVITY, (1.0, 1e4), "stokes: 1 cm²/s").with_prefixes(),
     // Electricity
-    Row::si("C", CHARGE, "coulomb"),
-    Row::of("Ah", CHARGE, (3600.0, 1.0), "ampere-hour: 3600 C").with_prefixes(),
-    Row::si("V", VOLTAGE, "volt"),
-    Row::si("ohm", RESISTANCE, "ohm").or(&["Ohm", "\u{3a9}", "\u{2126}"]),
-    Row::si("S", CONDUCTANCE, "siemens"),
-    Row::si("F", CAPACITANCE, "farad"),
-    Row::si("Wb", FLUX, "weber"),
-    Row::si("T", FLUX_DENSITY, "tesla"),
-    Row::si("H", INDUCTANCE, "henry"),
+    UnitRow::si("C", CHARGE, "coulomb"),
+    UnitRow::with_factor("Ah", CHARGE, (3600.0, 1.0), "ampere-hour: 3600 C").with_prefixes(),
+    UnitRow::si("V", VOLTAGE, "volt"),
+    UnitRow::si("ohm", RESISTANCE, "ohm").or(&["Ohm", "\u{3a9}", "\u{2126}"]),
+    UnitRow::si("S", CONDUCTANCE, "siemens"),
+    UnitRow::si("F", CAPACITANCE, "farad"),
+    UnitRow::si("Wb", FLUX, "weber"),
+    UnitRow::si("T", FLUX_DENSITY, "tesla"),
+    UnitRow::si("H", INDUCTANCE, "henry"),
     // Temperature: 0 °F is 459.67 °R, and nine degrees Rankine are five kelvin.
-    Row::of("°C", TEMPERATURE, (1.0, 1.0), "degree Celsius").or(&["degC"]).zero_at(273.15),
-    Row::of("°F", TEMPERATURE, (5.0, 9.0), "degree Fahrenheit")
+    UnitRow::with_factor("°C", TEMPERATURE, (1.0, 1.0), "degree Celsius")
+        .or(&["degC"])
+        .zero_at(273.15),
+    UnitRow::with_factor("°F", TEMPERATURE, (5.0, 9.0), "degree Fahrenheit")
         .or(&["degF"])
         .zero_at(459.67 * 5.0 / 9.0),
-    Row::of("°R", TEMPERATURE, (5.0, 9.0), "degree Rankine").or(&["degR"]),
+    UnitRow::with_factor("°R", TEMPERATURE, (5.0, 9.0), "degree Rankine").or(&["degR"]),
 ];
 
 /// The row and factor of a symbol: a whole symbol, or else a prefix and a unit.
-pub(super) fn find(symbol: &str) -> Option<(&'static Row, (f64, f64))> {
+pub(super) fn find(symbol: &str) -> Option<(&'static UnitRow, (f64, f64))> {
     let exact = |symbol: &str| CATALOGUE.iter().find(|row| row.spellings().any(|s| s == symbol));
     if let Some(row) = exact(symbol) {
         return Some((row, row.factor));
@@ -324,8 +361,8 @@ pub fn describe(dimension: Dimension) -> String {
 
 /// A question for two dimensions that should agree, if a `C` may have been meant as `°C`.
 pub fn which_is_meant(one: Dimension, other: Dimension) -> Option<String> {
-    let apart = one.over(other)?;
-    let is_meant = |a: Dimension, b: Dimension| a.over(b) == Some(apart);
+    let apart = one.divide(other)?;
+    let is_meant = |a: Dimension, b: Dimension| a.divide(b) == Some(apart);
     (is_meant(CHARGE, TEMPERATURE) || is_meant(TEMPERATURE, CHARGE)).then(|| {
         "is `C` the coulomb here, or a degree Celsius? A temperature is in `°C` or `degC`, a charge in `C`, `A*s` or `Ah`"
             .to_owned()

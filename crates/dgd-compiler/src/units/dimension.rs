@@ -80,7 +80,7 @@ impl Dimension {
     pub const ONE: Dimension = Dimension([Exponent::ZERO; 7]);
 
     /// A dimension of integer exponents, in the order of [`BASE_UNITS`].
-    pub const fn of(exponents: [i32; 7]) -> Dimension {
+    pub const fn from_exponents(exponents: [i32; 7]) -> Dimension {
         let mut fractions = [Exponent::ZERO; 7];
         let mut i = 0;
         while i < 7 {
@@ -113,7 +113,7 @@ impl Dimension {
     }
 
     /// The dimension of a quotient.
-    pub fn over(self, other: Dimension) -> Option<Dimension> {
+    pub fn divide(self, other: Dimension) -> Option<Dimension> {
         self.times(other.power(Exponent::new(-1, 1)?)?)
     }
 

@@ -26,7 +26,7 @@ const NESTING: usize = 16;
 
 /// A symbol to a power.
 #[derive(Debug, Clone, PartialEq)]
-pub(crate) struct Factor {
+pub(crate) struct UnitFactor {
     /// Its text, without the digits after it.
     pub(crate) symbol: String,
     /// Digits directly after the symbol, which are its power unless the symbol contains them.
@@ -39,7 +39,7 @@ pub(crate) struct Factor {
 
 /// A syntax error in a unit.
 #[derive(Debug, Clone, PartialEq)]
-pub(crate) struct Malformed {
+pub(crate) struct MalformedUnit {
     /// The byte at which reading stopped.
     pub(crate) at: usize,
     /// The expected syntax.
@@ -47,10 +47,10 @@ pub(crate) struct Malformed {
 }
 
 /// Splits a unit into its factors. `1` has none.
-pub(crate) fn parse(text: &str) -> Result<Vec<Factor>, Malformed> {
-    let stopped = |rest: &str, expected| Malformed { at: text.len() - rest.len(), expected };
+pub(crate) fn parse(text: &str) -> Result<Vec<UnitFactor>, MalformedUnit> {
+    let stopped = |rest: &str, expected| MalformedUnit { at: text.len() - rest.len(), expected };
     let mut factors = Vec::new();
-    match (Reader { text, nesting: 0 }).unit(text.trim_start_matches(is_blank), &mut factors) {
+    match (UnitReader { text, nesting: 0 }).unit(text.trim_start_matches(is_blank), &mut factors) {
         Ok((rest, ())) => match rest.chars().next() {
             None => Ok(factors),
             Some(')') => Err(stopped(rest, "no `)`, for none is open")),
@@ -64,14 +64,14 @@ pub(crate) fn parse(text: &str) -> Result<Vec<Factor>, Malformed> {
 
 /// The position at which a parser stopped, and the expected syntax.
 #[derive(Debug)]
-struct Stop<'a> {
+struct UnitStop<'a> {
     rest: &'a str,
     expected: &'static str,
 }
 
-impl<'a> ParseError<&'a str> for Stop<'a> {
+impl<'a> ParseError<&'a str> for UnitStop<'a> {
     fn from_error_kind(rest: &'a str, _: ErrorKind) -> Self {
-        Stop { rest, expected: "the name of a unit" }
+        UnitStop { rest, expected: "the name of a unit" }
     }
 
     fn append(_: &'a str, _: ErrorKind, other: Self) -> Self {
@@ -79,7 +79,7 @@ impl<'a> ParseError<&'a str> for Stop<'a> {
     }
 }
 
-type Parsed<'a, T> = IResult<&'a str, T, Stop<'a>>;
+type UnitParse<'a, T> = IResult<&'a str, T, UnitStop<'a>>;
 
 fn is_blank(c: char) -> bool {
     c == ' ' || c == '\t'
@@ -87,32 +87,32 @@ fn is_blank(c: char) -> bool {
 
 /// Skips the blanks after a parser's match.
 fn lexeme<'a, T>(
-    parser: impl Parser<&'a str, Output = T, Error = Stop<'a>>,
-) -> impl Parser<&'a str, Output = T, Error = Stop<'a>> {
+    parser: impl Parser<&'a str, Output = T, Error = UnitStop<'a>>,
+) -> impl Parser<&'a str, Output = T, Error = UnitStop<'a>> {
     terminated(parser, take_while(is_blank))
 }
 
 /// Commits to a parser, with a description for errors.
 fn expect<'a, T>(
     expected: &'static str,
-    parser: impl Parser<&'a str, Output = T, Error = Stop<'a>>,
-) -> impl Parser<&'a str, Output = T, Error = Stop<'a>> {
+    parser: impl Parser<&'a str, Output = T, Error = UnitStop<'a>>,
+) -> impl Parser<&'a str, Output = T, Error = UnitStop<'a>> {
     let mut parser = cut(parser);
     move |input| {
         parser
             .parse(input)
-            .map_err(|error: Err<Stop<'a>>| error.map(|stop| Stop { expected, ..stop }))
+            .map_err(|error: Err<UnitStop<'a>>| error.map(|stop| UnitStop { expected, ..stop }))
     }
 }
 
-struct Reader<'a> {
+struct UnitReader<'a> {
     text: &'a str,
     nesting: usize,
 }
 
-impl<'a> Reader<'a> {
+impl<'a> UnitReader<'a> {
     /// Reads a product and appends its factors.
-    fn unit(&self, input: &'a str, factors: &mut Vec<Factor>) -> Parsed<'a, ()> {
+    fn unit(&self, input: &'a str, factors: &mut Vec<UnitFactor>) -> UnitParse<'a, ()> {
         let mut operator = opt(lexeme(alt((value(1, one_of("*·")), value(-1, char('/'))))));
         let (mut input, ()) = self.power(input, 1, factors)?;
         loop {
@@ -124,12 +124,12 @@ impl<'a> Reader<'a> {
         }
     }
 
-    fn power(&self, input: &'a str, sign: i64, factors: &mut Vec<Factor>) -> Parsed<'a, ()> {
+    fn power(&self, input: &'a str, sign: i64, factors: &mut Vec<UnitFactor>) -> UnitParse<'a, ()> {
         let first = factors.len();
         let (rest, ()) = self.base(input, factors)?;
         let (rest, power) = opt(lexeme(exponent)).parse(rest)?;
 
-        let too_large = || Err::Failure(Stop { rest: input, expected: "a smaller exponent" });
+        let too_large = || Err::Failure(UnitStop { rest: input, expected: "a smaller exponent" });
         let power = power.or_else(|| Exponent::new(1, 1)).ok_or_else(too_large)?;
         let sign = Exponent::new(sign, 1).ok_or_else(too_large)?;
         let power = power.times(sign).ok_or_else(too_large)?;
@@ -139,13 +139,13 @@ impl<'a> Reader<'a> {
         Ok((rest, ()))
     }
 
-    fn base(&self, input: &'a str, factors: &mut Vec<Factor>) -> Parsed<'a, ()> {
+    fn base(&self, input: &'a str, factors: &mut Vec<UnitFactor>) -> UnitParse<'a, ()> {
         if let (rest, Some(_)) = opt(lexeme(char('('))).parse(input)? {
             if self.nesting == NESTING {
                 let expected = "fewer parentheses within one another";
-                return Err(Err::Failure(Stop { rest: input, expected }));
+                return Err(Err::Failure(UnitStop { rest: input, expected }));
             }
-            let inner = Reader { text: self.text, nesting: self.nesting + 1 };
+            let inner = UnitReader { text: self.text, nesting: self.nesting + 1 };
             let (rest, ()) = inner.unit(rest, factors)?;
             let (rest, _) = expect("`)`", lexeme(char(')'))).parse(rest)?;
             return Ok((rest, ()));
@@ -159,7 +159,7 @@ impl<'a> Reader<'a> {
         let symbol = whole.trim_end_matches(|c: char| c.is_ascii_digit());
         let digits = &whole[symbol.len()..];
         let start = self.text.len() - input.len();
-        factors.push(Factor {
+        factors.push(UnitFactor {
             symbol: symbol.to_owned(),
             digits: digits.to_owned(),
             range: start..self.text.len() - rest.len(),
@@ -175,7 +175,7 @@ fn is_symbol(c: char) -> bool {
 }
 
 /// `^2`, `^-1`, `^(1/2)`, `²` or `⁻¹`.
-fn exponent(input: &str) -> Parsed<'_, Exponent> {
+fn exponent(input: &str) -> UnitParse<'_, Exponent> {
     let integer = || lexeme(map_opt(recognize((opt(char('-')), digit1)), |n: &str| n.parse().ok()));
     let fraction = delimited(
         lexeme(char('(')),

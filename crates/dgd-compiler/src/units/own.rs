@@ -17,7 +17,7 @@ pub struct OwnUnit {
 
 impl OwnUnit {
     /// A multiple of a unit. The offset of a unit such as °C is ignored.
-    pub fn of(value: f64, unit: &Unit) -> OwnUnit {
+    pub fn from_unit(value: f64, unit: &Unit) -> OwnUnit {
         OwnUnit { dimension: unit.dimension, factor: value * unit.factor }
     }
 }
@@ -36,7 +36,7 @@ impl OwnUnits {
     pub fn declared(all: &[DeclaredUnit]) -> OwnUnits {
         let one = |of: &DeclaredUnit| {
             let unit = parse_unit(&of.unit).ok()?;
-            Some((of.symbol.clone(), OwnUnit::of(of.value, &unit)))
+            Some((of.symbol.clone(), OwnUnit::from_unit(of.value, &unit)))
         };
         OwnUnits::new(all.iter().filter_map(one).collect())
     }

@@ -6,7 +6,7 @@ use std::ops::Range;
 use super::catalogue::{all_spellings, find};
 use super::{Datum, Dimension, Exponent, OwnUnits, Unit, grammar};
 use crate::diagnostics::{Code, Diagnostic, suggestion};
-use crate::source::{Sources, Span};
+use crate::source::{SourceMap, Span};
 
 /// The reason why a text is not a unit.
 #[derive(Debug, Clone, PartialEq)]
@@ -51,17 +51,17 @@ pub enum UnitErrorKind {
 impl UnitError {
     /// The diagnostic for the unit `text` between `brackets`: at the wrong piece, or at the whole unit if blanks inside
     /// the brackets hide its position. [`read_unit`] can see these.
-    pub fn at(&self, text: &str, brackets: Span) -> Diagnostic {
+    pub fn locate(&self, text: &str, brackets: Span) -> Diagnostic {
         let Span { start, end, .. } = brackets;
         if end.saturating_sub(start) == text.len() as u32 + 2 {
-            self.behind(start + 1, brackets)
+            self.locate_after(start + 1, brackets)
         } else {
             Diagnostic::new(self.code(), brackets, self.to_string()).maybe_help(self.help())
         }
     }
 
     /// The diagnostic for a unit whose text begins at a byte of a source, inside `brackets`.
-    fn behind(&self, text_start: u32, brackets: Span) -> Diagnostic {
+    fn locate_after(&self, text_start: u32, brackets: Span) -> Diagnostic {
         let place = |at: usize| (text_start + at as u32).min(brackets.end);
         let span = Span { start: place(self.range.start), end: place(self.range.end), ..brackets };
         Diagnostic::new(self.code(), span, self.to_string()).maybe_help(self.help())
@@ -71,8 +71,8 @@ impl UnitError {
         match self.kind {
             UnitErrorKind::Unknown { .. }
             | UnitErrorKind::Logarithm { .. }
-            | UnitErrorKind::Product { .. } => Code::E305,
-            UnitErrorKind::Malformed { .. } | UnitErrorKind::OutOfRange => Code::E306,
+            | UnitErrorKind::Product { .. } => Code::UnknownUnit,
+            UnitErrorKind::Malformed { .. } | UnitErrorKind::OutOfRange => Code::MalformedUnit,
         }
     }
 
@@ -190,16 +190,16 @@ fn power(x: f64, exponent: Exponent) -> f64 {
 /// # Errors
 ///
 /// A [`Diagnostic`] if the text is not a unit.
-pub fn read_unit(text: &str, brackets: Span, sources: &Sources) -> Result<Unit, Box<Diagnostic>> {
+pub fn read_unit(text: &str, brackets: Span, sources: &SourceMap) -> Result<Unit, Box<Diagnostic>> {
     parse_unit_with(text, &OwnUnits::declared(&sources.units)).map_err(|error| {
         // The text is the content of the brackets, without surrounding blanks.
         let before = sources.text(brackets).find(text).unwrap_or(0);
-        Box::new(error.behind(brackets.start + before as u32, brackets))
+        Box::new(error.locate_after(brackets.start + before as u32, brackets))
     })
 }
 
 /// A symbol found in the catalogue, or among the units that a file declares.
-struct Found {
+struct CatalogueSymbol {
     dimension: Dimension,
     /// Its factor, with that of its prefix.
     factor: (f64, f64),
@@ -246,7 +246,7 @@ const LONGEST_PRODUCT: usize = 24;
 /// Logarithms of ratios that look like units.
 const LOGARITHMS: &[&str] = &["dB", "dBA", "dBm", "dBV", "dBu", "dBi", "dBFS", "Np"];
 
-fn look_up(factor: &grammar::Factor, own: &OwnUnits) -> Result<Found, UnitError> {
+fn look_up(factor: &grammar::UnitFactor, own: &OwnUnits) -> Result<CatalogueSymbol, UnitError> {
     let whole = format!("{}{}", factor.symbol, factor.digits);
     let one = Exponent::new(1, 1);
     let (symbol, digits) =
@@ -259,11 +259,11 @@ fn look_up(factor: &grammar::Factor, own: &OwnUnits) -> Result<Found, UnitError>
         };
     if let (Some(unit), Some(digits)) = (own.get(symbol), digits) {
         let (dimension, factor) = (unit.dimension, (unit.factor, 1.0));
-        return Ok(Found { dimension, factor, offset: 0.0, datum: None, digits });
+        return Ok(CatalogueSymbol { dimension, factor, offset: 0.0, datum: None, digits });
     }
     if let (Some((row, factor)), Some(digits)) = (find(symbol), digits) {
         let (dimension, offset, datum) = (row.dimension, row.offset, row.datum);
-        return Ok(Found { dimension, factor, offset, datum, digits });
+        return Ok(CatalogueSymbol { dimension, factor, offset, datum, digits });
     }
     let range = factor.range.clone();
     if LOGARITHMS.contains(&whole.as_str()) {
@@ -452,8 +452,8 @@ mod tests {
     #[test]
     fn declared_units_are_read_like_others_and_take_no_prefix() {
         let litre = unit("l");
-        let stroke = OwnUnit::of(0.118, &litre);
-        let kelvin = OwnUnit::of(2.0, &unit("°C"));
+        let stroke = OwnUnit::from_unit(0.118, &litre);
+        let kelvin = OwnUnit::from_unit(2.0, &unit("°C"));
         let units = [("stroke".to_owned(), stroke), ("step2".to_owned(), kelvin)];
         let own = OwnUnits::new(units.into_iter().collect());
         let read = |text: &str| parse_unit_with(text, &own);

@@ -8,7 +8,7 @@ use crate::cell::number;
 
 /// Converts the cells of a time column to seconds since the first.
 #[derive(Debug)]
-pub(crate) enum Clock {
+pub(crate) enum TimeColumnClock {
     /// Numbers; `factor` converts the unit to seconds.
     Counted { factor: f64, first: f64 },
     /// Timestamps with `Z` or an offset.
@@ -81,71 +81,71 @@ impl TimeFault {
 }
 
 /// A cell that may contain a time.
-enum Cell {
+enum TimeCell {
     Missing,
     Number(f64),
     Zoned(Timestamp),
     Local(Timestamp),
 }
 
-impl Cell {
-    fn parse(cell: &[u8]) -> Result<Cell, TimeFault> {
+impl TimeCell {
+    fn parse(cell: &[u8]) -> Result<TimeCell, TimeFault> {
         match number(cell) {
-            Some(value) if value.is_nan() => return Ok(Cell::Missing),
-            Some(value) => return Ok(Cell::Number(value)),
+            Some(value) if value.is_nan() => return Ok(TimeCell::Missing),
+            Some(value) => return Ok(TimeCell::Number(value)),
             None => {}
         }
         let text = str::from_utf8(cell).map_err(|_| TimeFault::NotATime)?;
         if let Ok(stamp) = text.parse::<Timestamp>() {
-            return Ok(Cell::Zoned(stamp));
+            return Ok(TimeCell::Zoned(stamp));
         }
         let local: DateTime = text.parse().map_err(|_| TimeFault::NotATime)?;
-        Offset::UTC.to_timestamp(local).map(Cell::Local).map_err(|_| TimeFault::NotATime)
+        Offset::UTC.to_timestamp(local).map(TimeCell::Local).map_err(|_| TimeFault::NotATime)
     }
 }
 
-impl Clock {
+impl TimeColumnClock {
     /// A clock that starts at this cell; `factor` is that of the header's unit, if any.
-    pub(crate) fn start(cell: &[u8], factor: Option<f64>) -> Result<Clock, TimeFault> {
-        match Cell::parse(cell)? {
-            Cell::Missing => Err(TimeFault::Missing),
-            Cell::Number(first) => {
+    pub(crate) fn start(cell: &[u8], factor: Option<f64>) -> Result<TimeColumnClock, TimeFault> {
+        match TimeCell::parse(cell)? {
+            TimeCell::Missing => Err(TimeFault::Missing),
+            TimeCell::Number(first) => {
                 let factor = factor.ok_or(TimeFault::NoUnit)?;
-                Ok(Clock::Counted { factor, first })
+                Ok(TimeColumnClock::Counted { factor, first })
             }
-            Cell::Zoned(first) => Ok(Clock::Zoned { first }),
-            Cell::Local(first) => Ok(Clock::Local { first }),
+            TimeCell::Zoned(first) => Ok(TimeColumnClock::Zoned { first }),
+            TimeCell::Local(first) => Ok(TimeColumnClock::Local { first }),
         }
     }
 
     /// Its first timestamp, if its times are timestamps.
     pub(crate) fn epoch(&self) -> Option<Epoch> {
         match self {
-            Clock::Counted { .. } => None,
-            Clock::Zoned { first } => Some(Epoch { first: *first, is_zoned: true }),
-            Clock::Local { first } => Some(Epoch { first: *first, is_zoned: false }),
+            TimeColumnClock::Counted { .. } => None,
+            TimeColumnClock::Zoned { first } => Some(Epoch { first: *first, is_zoned: true }),
+            TimeColumnClock::Local { first } => Some(Epoch { first: *first, is_zoned: false }),
         }
     }
 
     /// Seconds between the first time and this cell.
     pub(crate) fn seconds(&self, cell: &[u8]) -> Result<f64, TimeFault> {
-        match (self, Cell::parse(cell)?) {
-            (_, Cell::Missing) => Err(TimeFault::Missing),
-            (Clock::Counted { factor, first }, Cell::Number(time)) => {
+        match (self, TimeCell::parse(cell)?) {
+            (_, TimeCell::Missing) => Err(TimeFault::Missing),
+            (TimeColumnClock::Counted { factor, first }, TimeCell::Number(time)) => {
                 let seconds = (time - first) * factor;
                 if seconds.is_finite() { Ok(seconds) } else { Err(TimeFault::NotATime) }
             }
-            (Clock::Zoned { first }, Cell::Zoned(stamp))
-            | (Clock::Local { first }, Cell::Local(stamp)) => {
+            (TimeColumnClock::Zoned { first }, TimeCell::Zoned(stamp))
+            | (TimeColumnClock::Local { first }, TimeCell::Local(stamp)) => {
                 Ok((stamp.as_nanosecond() - first.as_nanosecond()) as f64 / 1e9)
             }
-            (Clock::Zoned { .. }, Cell::Local(_)) | (Clock::Local { .. }, Cell::Zoned(_)) => {
-                Err(TimeFault::OneZone)
-            }
-            (Clock::Counted { .. }, Cell::Zoned(_) | Cell::Local(_))
-            | (Clock::Zoned { .. } | Clock::Local { .. }, Cell::Number(_)) => {
-                Err(TimeFault::NotLikeTheFirst)
-            }
+            (TimeColumnClock::Zoned { .. }, TimeCell::Local(_))
+            | (TimeColumnClock::Local { .. }, TimeCell::Zoned(_)) => Err(TimeFault::OneZone),
+            (TimeColumnClock::Counted { .. }, TimeCell::Zoned(_) | TimeCell::Local(_))
+            | (
+                TimeColumnClock::Zoned { .. } | TimeColumnClock::Local { .. },
+                TimeCell::Number(_),
+            ) => Err(TimeFault::NotLikeTheFirst),
         }
     }
 }
@@ -156,14 +156,14 @@ mod tests {
 
     #[test]
     fn stamps_of_several_spellings_are_seconds_apart() {
-        let clock = Clock::start(b"2026-11-21T10:00:00Z", None).expect("a stamp");
+        let clock = TimeColumnClock::start(b"2026-11-21T10:00:00Z", None).expect("a stamp");
         assert_eq!(clock.seconds(b"2026-11-21 10:00:01.25Z"), Ok(1.25));
         assert_eq!(clock.seconds(b"2026-11-21T12:00:00+01:00"), Ok(3600.0));
         assert_eq!(clock.seconds(b"2026-11-21T10:00:00"), Err(TimeFault::OneZone));
         assert_eq!(clock.seconds(b"7"), Err(TimeFault::NotLikeTheFirst));
         assert_eq!(clock.seconds(b""), Err(TimeFault::Missing));
         assert_eq!(clock.seconds(b"21.11.2026 10:57"), Err(TimeFault::NotATime));
-        let clock = Clock::start(b"2026-02-28", None).expect("a date");
+        let clock = TimeColumnClock::start(b"2026-02-28", None).expect("a date");
         assert_eq!(clock.seconds(b"2026-03-01T00:00:00,5"), Ok(86_400.5));
     }
 
@@ -174,18 +174,18 @@ mod tests {
             ("2026-11-21T12:00:00+02:00", "2026-11-21T11:00:00.25Z"),
             ("2026-11-21 10:00:00", "2026-11-21T11:00:00.25"),
         ] {
-            let clock = Clock::start(first.as_bytes(), None).expect("a stamp");
+            let clock = TimeColumnClock::start(first.as_bytes(), None).expect("a stamp");
             let stamp = clock.epoch().and_then(|epoch| epoch.stamp(3600.25));
             assert_eq!(stamp.as_deref(), Some(later));
             assert_eq!(clock.seconds(later.as_bytes()), Ok(3600.25));
         }
-        assert_eq!(Clock::start(b"1", Some(1.0)).expect("a number").epoch(), None);
+        assert_eq!(TimeColumnClock::start(b"1", Some(1.0)).expect("a number").epoch(), None);
     }
 
     #[test]
     fn numbers_need_a_unit() {
-        assert_eq!(Clock::start(b"0", None).err(), Some(TimeFault::NoUnit));
-        let clock = Clock::start(b"0.5", Some(60.0)).expect("a number");
+        assert_eq!(TimeColumnClock::start(b"0", None).err(), Some(TimeFault::NoUnit));
+        let clock = TimeColumnClock::start(b"0.5", Some(60.0)).expect("a number");
         assert_eq!(clock.seconds(b"2"), Ok(90.0));
         assert_eq!(clock.seconds(b"2026-11-21"), Err(TimeFault::NotLikeTheFirst));
     }

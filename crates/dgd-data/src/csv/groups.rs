@@ -1,27 +1,27 @@
-//! Reads the columns of a Parquet file into a [`Table`], some rows at a time: the counterpart of [`rows`](super::rows)
+//! Reads the columns of a Parquet file into a [`DataTable`], some rows at a time: the counterpart of [`rows`](super::rows)
 //! without text.
 
-use dgd_compiler::diagnostics::{Diagnostics, Reported};
-use dgd_compiler::source::{Source, Sources};
+use dgd_compiler::diagnostics::{Diagnostics, ErrorReported};
+use dgd_compiler::source::{SourceMap, SourceText};
 
-use crate::csv::header::Header;
-use crate::csv::kept::Kept;
-use crate::csv::rows::Rows;
-use crate::parquet::{self, Cells, Place, TakesColumns};
-use crate::read::{Reading, unreadable};
-use crate::table::Table;
+use crate::csv::header::CsvHeader;
+use crate::csv::kept::ShownText;
+use crate::csv::rows::CsvRows;
+use crate::parquet::{self, ColumnChunk, RandomAccess, TakesColumns};
+use crate::read::{ReadOptions, unreadable};
+use crate::table::DataTable;
 
 /// Reads a file of this name.
 pub(crate) fn read(
-    place: Place,
+    place: RandomAccess,
     name: &str,
-    reading: Reading<'_>,
-    sources: &mut Sources,
+    reading: ReadOptions<'_>,
+    sources: &mut SourceMap,
     diagnostics: &mut Diagnostics,
-) -> Result<Table, Reported> {
-    let mut taking = Taking { name, reading, sources, diagnostics, rows: None };
+) -> Result<DataTable, ErrorReported> {
+    let mut taking = GroupReader { name, reading, sources, diagnostics, rows: None };
     let read = parquet::read(place, &mut taking);
-    let Taking { rows, .. } = taking;
+    let GroupReader { rows, .. } = taking;
     match (read, rows) {
         // Mistakes in the header come before later ones.
         (_, Some(Err(reported))) => Err(reported),
@@ -31,26 +31,26 @@ pub(crate) fn read(
     }
 }
 
-struct Taking<'a> {
+struct GroupReader<'a> {
     name: &'a str,
-    reading: Reading<'a>,
-    sources: &'a mut Sources,
+    reading: ReadOptions<'a>,
+    sources: &'a mut SourceMap,
     diagnostics: &'a mut Diagnostics,
-    rows: Option<Result<Rows, Reported>>,
+    rows: Option<Result<CsvRows, ErrorReported>>,
 }
 
-impl Taking<'_> {
-    fn below(&mut self, names: &[String]) -> Result<Rows, Reported> {
+impl GroupReader<'_> {
+    fn below(&mut self, names: &[String]) -> Result<CsvRows, ErrorReported> {
         let names = || names.iter().map(String::as_str);
-        let source = Source { name: self.name.to_owned(), text: Header::line(names()) };
-        let kept = Kept { source: self.sources.add(source), whole: false };
-        let mut header = Header::named(names());
+        let source = SourceText { name: self.name.to_owned(), text: CsvHeader::line(names()) };
+        let kept = ShownText { source: self.sources.add(source), whole: false };
+        let mut header = CsvHeader::named(names());
         header.rename(self.reading.renames, kept, self.sources, self.diagnostics)?;
-        Rows::below(&header, self.reading, kept, self.sources, self.diagnostics)
+        CsvRows::below(&header, self.reading, kept, self.sources, self.diagnostics)
     }
 }
 
-impl TakesColumns for Taking<'_> {
+impl TakesColumns for GroupReader<'_> {
     fn begin(&mut self, names: &[String], n_rows: usize, bytes: u64) -> Option<Vec<bool>> {
         if names.is_empty() {
             return None;
@@ -61,12 +61,12 @@ impl TakesColumns for Taking<'_> {
         Some((0..names.len()).map(|at| rows.wants(at)).collect())
     }
 
-    fn take(&mut self, column: usize, cells: Cells) {
+    fn take(&mut self, column: usize, cells: ColumnChunk) {
         let Some(Ok(rows)) = &mut self.rows else { return };
         match cells {
-            Cells::Numbers(numbers) => rows.take_numbers(column, &numbers),
-            Cells::Texts(texts) => rows.take_texts(column, texts.iter().map(String::as_str)),
-            Cells::Other(what, n) => rows.take_texts(column, std::iter::repeat_n(what, n)),
+            ColumnChunk::Numbers(numbers) => rows.take_numbers(column, &numbers),
+            ColumnChunk::Texts(texts) => rows.take_texts(column, texts.iter().map(String::as_str)),
+            ColumnChunk::Other(what, n) => rows.take_texts(column, std::iter::repeat_n(what, n)),
         }
     }
 }
@@ -80,15 +80,15 @@ mod tests {
 
     use super::*;
     use crate::parquet::written;
-    use crate::{Disk, read_from};
+    use crate::{DiskFiles, read_from};
 
     /// All contents of a table, numbers bit by bit, or each mistake as `code message; text`.
-    fn read(bytes: &[u8], reading: Reading<'_>) -> Result<String, Vec<String>> {
-        let (mut sources, mut diagnostics) = (Sources::default(), Diagnostics::default());
+    fn read(bytes: &[u8], reading: ReadOptions<'_>) -> Result<String, Vec<String>> {
+        let (mut sources, mut diagnostics) = (SourceMap::default(), Diagnostics::default());
         let folder = tempfile::tempdir().expect("a folder for the test");
         let path = folder.path().join("a");
         fs::write(&path, bytes).expect("writable");
-        let table = reading.read(&Disk, &path, &mut sources, &mut diagnostics);
+        let table = reading.read(&DiskFiles, &path, &mut sources, &mut diagnostics);
         let messages = diagnostics.sorted().into_iter().map(|diagnostic| {
             let entry = entry(diagnostic, &sources);
             format!("{} {}; {}", entry.code, entry.message, entry.places[0].text)
@@ -101,8 +101,9 @@ mod tests {
         let replicates: Vec<_> = replicates.map(|one| (one.row, one.first)).collect();
         let _ = writeln!(text, "{replicates:?}");
         for column in &table.columns {
-            let count =
-                |cells: &Option<crate::Cells>| cells.as_ref().map(|c| (c.count, c.text.clone()));
+            let count = |cells: &Option<crate::CellRange>| {
+                cells.as_ref().map(|c| (c.count, c.text.clone()))
+            };
             let (missing, others) = (count(&column.missing), count(&column.not_numbers));
             // The text of a missing number is not kept.
             let missing = missing.map(|(count, _)| count);
@@ -127,7 +128,7 @@ mod tests {
     #[test]
     fn columns_are_read_as_the_text_that_they_stand_for() {
         for csv in TABLES {
-            let reading = Reading::default().as_it_is();
+            let reading = ReadOptions::default().as_it_is();
             let of_text = read(csv.as_bytes(), reading).unwrap_or_else(|e| panic!("{csv}: {e:?}"));
             assert_eq!(read(&written(csv), reading), Ok(of_text), "{csv}");
         }
@@ -153,9 +154,10 @@ mod tests {
             csv.push('\n');
         }
         let file = written(&csv);
-        let reading = Reading::default().as_it_is().of(&["c1", "c39"]);
+        let reading = ReadOptions::default().as_it_is().with_columns(&["c1", "c39"]);
         assert!(read(&file, reading) == read(csv.as_bytes(), reading));
-        let refused = read(&file, Reading::default().of(&["c1"])).expect_err("it goes back");
+        let refused =
+            read(&file, ReadOptions::default().with_columns(&["c1"])).expect_err("it goes back");
         let words = format!("`0.30000000000000004` comes after `{}`", f64::from(2 * ends) * 0.1);
         let place = format!("row {}", 2 * ends + 1);
         assert_eq!(refused, [format!("E605 time runs backwards: {words}; {place}")]);
@@ -164,13 +166,14 @@ mod tests {
     #[test]
     fn columns_that_nobody_asks_for_are_not_read() {
         let csv = "time [s],x [m],y [m]\n0,1,2\n1,3,4\n";
-        let reading = Reading::default().of(&["y"]);
+        let reading = ReadOptions::default().with_columns(&["y"]);
         for file in [written(csv), csv.as_bytes().to_vec()] {
-            let (mut sources, mut diagnostics) = (Sources::default(), Diagnostics::default());
+            let (mut sources, mut diagnostics) = (SourceMap::default(), Diagnostics::default());
             let folder = tempfile::tempdir().expect("a folder for the test");
             let path = folder.path().join("a");
             fs::write(&path, &file).expect("writable");
-            let table = reading.read(&Disk, &path, &mut sources, &mut diagnostics).expect("sound");
+            let table =
+                reading.read(&DiskFiles, &path, &mut sources, &mut diagnostics).expect("sound");
             let values: Vec<&[f64]> = table.columns.iter().map(|c| c.values.as_slice()).collect();
             assert_eq!(values, [[].as_slice(), &[2.0, 4.0]]);
             let whole = read_from("a", file.as_slice(), &mut sources, &mut diagnostics);
@@ -183,12 +186,13 @@ mod tests {
         let head = position.expect("x has a 3") - 28;
         damaged[head..head + 10].fill(0xff);
         assert!(read(&damaged, reading).is_ok());
-        assert!(read(&damaged, Reading::default()).is_err());
+        assert!(read(&damaged, ReadOptions::default()).is_err());
     }
 
     #[test]
     fn mistakes_name_rows() {
-        let messages = |csv: &str| read(&written(csv), Reading::default()).expect_err("a mistake");
+        let messages =
+            |csv: &str| read(&written(csv), ReadOptions::default()).expect_err("a mistake");
         assert_eq!(
             messages("time [s],x [m]\n0,1\n2,1\n1,1\n"),
             ["E605 time runs backwards: `1` comes after `2`; row 2"]

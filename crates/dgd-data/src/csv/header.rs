@@ -3,53 +3,53 @@
 use std::collections::BTreeMap;
 use std::ops::Range;
 
-use dgd_compiler::diagnostics::{Code, Diagnostic, Diagnostics, Reported};
-use dgd_compiler::source::{Sources, Span};
+use dgd_compiler::diagnostics::{Code, Diagnostic, Diagnostics, ErrorReported};
+use dgd_compiler::source::{SourceMap, Span};
 use dgd_compiler::units::{Unit, parse_unit, read_unit};
 
 use crate::cell::quoted;
-use crate::csv::kept::Kept;
-use crate::csv::records::Record;
-use crate::table::Column;
+use crate::csv::kept::ShownText;
+use crate::csv::records::CsvRecord;
+use crate::table::DataColumn;
 
 /// The header line of a file.
-pub(crate) struct Header {
+pub(crate) struct CsvHeader {
     /// Its range in the text.
     pub(crate) place: Range<usize>,
-    pub(crate) cells: Vec<Cell>,
+    pub(crate) cells: Vec<HeaderCell>,
     open_quote: bool,
 }
 
 /// A cell of a header line.
-pub(crate) struct Cell {
+pub(crate) struct HeaderCell {
     /// Its text in the file.
     pub(crate) text: String,
     /// Its range in the text.
     pub(crate) place: Range<usize>,
     /// Another name for the column.
-    pub(crate) renamed: Option<Renamed>,
+    pub(crate) renamed: Option<ColumnRename>,
 }
 
 /// Another name for a column, which replaces that of the header.
-pub(crate) struct Renamed {
+pub(crate) struct ColumnRename {
     pub(crate) name: String,
     /// Replaces the unit of the file, if any.
     pub(crate) unit: Option<Unit>,
 }
 
-impl Header {
+impl CsvHeader {
     /// From names in one line, in the format of [`line`](Self::line).
-    pub(crate) fn named<'n>(names: impl IntoIterator<Item = &'n str>) -> Header {
+    pub(crate) fn named<'n>(names: impl IntoIterator<Item = &'n str>) -> CsvHeader {
         let mut position = 0;
         let cell = |text: &str| {
             let end = position + quoted(text).len();
             let place = position..end;
             position = end + 1;
-            Cell { text: text.to_owned(), place, renamed: None }
+            HeaderCell { text: text.to_owned(), place, renamed: None }
         };
-        let cells: Vec<Cell> = names.into_iter().map(cell).collect();
+        let cells: Vec<HeaderCell> = names.into_iter().map(cell).collect();
         let end = cells.last().map_or(0, |cell| cell.place.end);
-        Header { place: 0..end, cells, open_quote: false }
+        CsvHeader { place: 0..end, cells, open_quote: false }
     }
 
     /// These names in one line.
@@ -57,13 +57,13 @@ impl Header {
         names.into_iter().map(quoted).collect::<Vec<_>>().join(",")
     }
 
-    pub(crate) fn of(record: &Record<'_>) -> Header {
-        let cells = (0..record.len()).map(|cell| Cell {
+    pub(crate) fn from_record(record: &CsvRecord<'_>) -> CsvHeader {
+        let cells = (0..record.len()).map(|cell| HeaderCell {
             text: record.text(cell),
             place: record.place(cell),
             renamed: None,
         });
-        Header {
+        CsvHeader {
             place: record.place_from(0),
             cells: cells.collect(),
             open_quote: record.open_quote,
@@ -71,8 +71,8 @@ impl Header {
     }
 
     /// The columns, without values.
-    pub(crate) fn columns(&self, kept: Kept, sources: &Sources) -> Vec<Column> {
-        let mut columns: Vec<Column> = Vec::with_capacity(self.cells.len());
+    pub(crate) fn columns(&self, kept: ShownText, sources: &SourceMap) -> Vec<DataColumn> {
+        let mut columns: Vec<DataColumn> = Vec::with_capacity(self.cells.len());
         for cell in &self.cells {
             let place = kept.span(&cell.place);
             let parsed = parse(&cell.text);
@@ -80,15 +80,19 @@ impl Header {
             let (mut unit, mut fault) = (new.and_then(|new| new.unit.clone()), None);
             if unit.is_none() {
                 fault = parsed.fault.map(|fault| {
-                    Diagnostic::new(Code::E609, place, format!("malformed column header: {fault}"))
-                        .help("a column is headed `name [unit]`")
+                    Diagnostic::new(
+                        Code::MalformedHeader,
+                        place,
+                        format!("malformed column header: {fault}"),
+                    )
+                    .help("a column is headed `name [unit]`")
                 });
                 match parsed.unit.map(|unit| unit_at(unit, place, sources)).transpose() {
                     Ok(read) => unit = read,
                     Err(diagnostic) => fault = Some(*diagnostic),
                 }
             }
-            columns.push(Column {
+            columns.push(DataColumn {
                 name: new.map_or(parsed.name, |new| &new.name).to_owned(),
                 unit,
                 values: Vec::new(),
@@ -104,7 +108,7 @@ impl Header {
             let first = *first_of.entry(&column.name).or_insert(at);
             if first != at {
                 let message = format!("two columns are called `{}`", column.name);
-                let diagnostic = Diagnostic::new(Code::E609, column.place, message)
+                let diagnostic = Diagnostic::new(Code::MalformedHeader, column.place, message)
                     .label(columns[first].place, "the first of them");
                 twice.push((first, diagnostic));
             }
@@ -119,15 +123,19 @@ impl Header {
     /// Reports mistakes that invalidate the whole file.
     pub(crate) fn verify(
         &self,
-        columns: &[Column],
-        kept: Kept,
+        columns: &[DataColumn],
+        kept: ShownText,
         diagnostics: &mut Diagnostics,
-    ) -> Result<(), Reported> {
-        let Cell { text: first, place: first_place, .. } = &self.cells[0];
+    ) -> Result<(), ErrorReported> {
+        let HeaderCell { text: first, place: first_place, .. } = &self.cells[0];
         if self.open_quote {
             let place = self.cells.last().map_or(&self.place, |cell| &cell.place);
             let message = "a quoted cell is not closed";
-            return Err(diagnostics.error(Diagnostic::new(Code::E609, kept.span(place), message)));
+            return Err(diagnostics.error(Diagnostic::new(
+                Code::MalformedHeader,
+                kept.span(place),
+                message,
+            )));
         }
         let separator = [(';', "semicolons"), ('\t', "tabs")]
             .into_iter()
@@ -136,7 +144,7 @@ impl Header {
             let message = format!("the columns are separated by {name}");
             let place = kept.span(first_place);
             return Err(diagnostics.error(
-                Diagnostic::new(Code::E609, place, message)
+                Diagnostic::new(Code::MalformedHeader, place, message)
                     .help("separate them by commas, and write decimals with a point"),
             ));
         }
@@ -146,7 +154,7 @@ impl Header {
             Some(at) => {
                 let message = "the time is not in the first column";
                 Err(diagnostics.error(
-                    Diagnostic::new(Code::E609, columns[at].place, message)
+                    Diagnostic::new(Code::MalformedHeader, columns[at].place, message)
                         .help("move `time` to the front"),
                 ))
             }
@@ -157,7 +165,7 @@ impl Header {
 /// Uses a first column called `t` or `Time` as the time if there is no `time`, and returns a note.
 ///
 /// A `t` without a unit counts seconds.
-pub(crate) fn take_as_time(columns: &mut [Column]) -> Option<Diagnostic> {
+pub(crate) fn take_as_time(columns: &mut [DataColumn]) -> Option<Diagnostic> {
     if columns.iter().any(|column| column.name == "time") {
         return None;
     }
@@ -172,12 +180,12 @@ pub(crate) fn take_as_time(columns: &mut [Column]) -> Option<Diagnostic> {
         first.unit = parse_unit("s").ok();
         message.push_str(", in seconds");
     }
-    Some(Diagnostic::new(Code::E602, first.place, message))
+    Some(Diagnostic::new(Code::NoTimeColumn, first.place, message))
 }
 
 /// A parsed header cell.
 #[derive(Debug, PartialEq)]
-pub(crate) struct Parsed<'a> {
+pub(crate) struct ParsedHeaderCell<'a> {
     /// The name; for a malformed cell, the text at its place.
     pub(crate) name: &'a str,
     /// The text between the brackets.
@@ -187,7 +195,11 @@ pub(crate) struct Parsed<'a> {
 }
 
 /// The unit at the end of the text in this span.
-pub(crate) fn unit_at(text: &str, place: Span, sources: &Sources) -> Result<Unit, Box<Diagnostic>> {
+pub(crate) fn unit_at(
+    text: &str,
+    place: Span,
+    sources: &SourceMap,
+) -> Result<Unit, Box<Diagnostic>> {
     // The last bracket opens the unit; earlier ones belong to the name.
     let bracket = sources.text(place).rfind('[').unwrap_or_default() as u32;
     let span = Span { start: place.start + bracket, ..place };
@@ -197,10 +209,10 @@ pub(crate) fn unit_at(text: &str, place: Span, sources: &Sources) -> Result<Unit
 /// Parses a header cell.
 ///
 /// As in a model, brackets directly after a name with numbers only are an index, `p[1]`, and belong to the name.
-pub(crate) fn parse(cell: &str) -> Parsed<'_> {
+pub(crate) fn parse(cell: &str) -> ParsedHeaderCell<'_> {
     let cell = cell.trim();
-    let plain = |name| Parsed { name, unit: None, fault: None };
-    let broken = |name, fault| Parsed { name, unit: None, fault: Some(fault) };
+    let plain = |name| ParsedHeaderCell { name, unit: None, fault: None };
+    let broken = |name, fault| ParsedHeaderCell { name, unit: None, fault: Some(fault) };
     if cell.is_empty() {
         return broken(cell, "this column has no name");
     }
@@ -228,7 +240,7 @@ pub(crate) fn parse(cell: &str) -> Parsed<'_> {
         (name @ "", _) => broken(name, "this column has no name"),
         (name, "") => broken(name, "the brackets are empty"),
         (name, unit) if unit.contains(']') => broken(name, "brackets inside brackets"),
-        (name, unit) => Parsed { name, unit: Some(unit), fault: None },
+        (name, unit) => ParsedHeaderCell { name, unit: Some(unit), fault: None },
     }
 }
 
@@ -251,13 +263,13 @@ mod tests {
             ("d(p[3])/d(c0)", "d(p[3])/d(c0)", None),
             ("bit depth (m)", "bit depth (m)", None),
         ] {
-            assert_eq!(parse(cell), Parsed { name, unit, fault: None }, "{cell}");
+            assert_eq!(parse(cell), ParsedHeaderCell { name, unit, fault: None }, "{cell}");
         }
     }
 
     #[test]
     fn a_first_column_called_t_or_time_is_the_time() {
-        let column = |name: &str, unit: Option<&str>| Column {
+        let column = |name: &str, unit: Option<&str>| DataColumn {
             name: name.to_owned(),
             unit: unit.and_then(|unit| parse_unit(unit).ok()),
             values: Vec::new(),

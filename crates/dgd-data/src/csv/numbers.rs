@@ -1,33 +1,33 @@
-//! Reads columns of numbers into a [`Table`]: the counterpart of [`rows`](super::rows) without text.
+//! Reads columns of numbers into a [`DataTable`]: the counterpart of [`rows`](super::rows) without text.
 
-use dgd_compiler::diagnostics::{Code, Diagnostic, Diagnostics, Reported};
-use dgd_compiler::source::{Source, Sources};
+use dgd_compiler::diagnostics::{Code, Diagnostic, Diagnostics, ErrorReported};
+use dgd_compiler::source::{SourceMap, SourceText};
 use sha2::{Digest, Sha256};
 
-use crate::columns::Columns;
-use crate::csv::header::Header;
-use crate::csv::kept::Kept;
-use crate::csv::rows::Rows;
-use crate::read::Reading;
+use crate::columns::DataColumns;
+use crate::csv::header::CsvHeader;
+use crate::csv::kept::ShownText;
+use crate::csv::rows::CsvRows;
+use crate::read::ReadOptions;
 use crate::sha256::Sha256Digest;
-use crate::table::Table;
+use crate::table::DataTable;
 
 /// Reads columns like a file with this name.
 pub(crate) fn read(
-    columns: &Columns,
+    columns: &DataColumns,
     name: &str,
-    reading: Reading<'_>,
-    sources: &mut Sources,
+    reading: ReadOptions<'_>,
+    sources: &mut SourceMap,
     diagnostics: &mut Diagnostics,
-) -> Result<Table, Reported> {
-    let source = sources.add(Source { name: name.to_owned(), text: columns.headers() });
-    let kept = Kept { source, whole: false };
-    let mut header = Header::named(columns.names());
+) -> Result<DataTable, ErrorReported> {
+    let source = sources.add(SourceText { name: name.to_owned(), text: columns.headers() });
+    let kept = ShownText { source, whole: false };
+    let mut header = CsvHeader::named(columns.names());
     if let Err(diagnostic) = verify(columns, &header, kept) {
         return Err(diagnostics.error(*diagnostic));
     }
     header.rename(reading.renames, kept, sources, diagnostics)?;
-    let mut rows = Rows::below(&header, reading, kept, sources, diagnostics)?;
+    let mut rows = CsvRows::below(&header, reading, kept, sources, diagnostics)?;
     rows.take_columns(&columns.all);
     let mut table = rows.finish(diagnostics)?;
     table.digest = Some(digest(columns));
@@ -35,10 +35,14 @@ pub(crate) fn read(
 }
 
 /// Checks that there are columns of equal lengths.
-fn verify(columns: &Columns, header: &Header, kept: Kept) -> Result<(), Box<Diagnostic>> {
+fn verify(
+    columns: &DataColumns,
+    header: &CsvHeader,
+    kept: ShownText,
+) -> Result<(), Box<Diagnostic>> {
     let Some((first, values)) = columns.all.first() else {
         let message = "the table has no columns";
-        return Err(Box::new(Diagnostic::new(Code::E612, kept.span(&header.place), message)));
+        return Err(Box::new(Diagnostic::new(Code::NoRows, kept.span(&header.place), message)));
     };
     let uneven = columns.all.iter().zip(&header.cells);
     for ((other, others), cell) in uneven {
@@ -46,14 +50,18 @@ fn verify(columns: &Columns, header: &Header, kept: Kept) -> Result<(), Box<Diag
             let (n, of_first) = (others.len(), values.len());
             let message =
                 format!("the column `{other}` has {n} rows, and `{first}` has {of_first}");
-            return Err(Box::new(Diagnostic::new(Code::E610, kept.span(&cell.place), message)));
+            return Err(Box::new(Diagnostic::new(
+                Code::RowLength,
+                kept.span(&cell.place),
+                message,
+            )));
         }
     }
     Ok(())
 }
 
 /// Digest of headers and numbers.
-fn digest(columns: &Columns) -> Sha256Digest {
+fn digest(columns: &DataColumns) -> Sha256Digest {
     let mut hasher = Sha256::new();
     for (header, values) in &columns.all {
         hasher.update(header);
@@ -77,16 +85,16 @@ mod tests {
 
     const NAN: f64 = f64::NAN;
 
-    fn columns(all: &[(&str, &[f64])]) -> Columns {
+    fn columns(all: &[(&str, &[f64])]) -> DataColumns {
         let column = |(header, values): &(&str, &[f64])| ((*header).to_owned(), values.to_vec());
-        Columns { all: all.iter().map(column).collect() }
+        DataColumns { all: all.iter().map(column).collect() }
     }
 
     /// The result of `read`, or each mistake as `code line:column message; text`.
-    fn read(columns: &Columns, renames: &[Rename]) -> Result<Table, Vec<String>> {
-        let (mut sources, mut diagnostics) = (Sources::default(), Diagnostics::default());
+    fn read(columns: &DataColumns, renames: &[Rename]) -> Result<DataTable, Vec<String>> {
+        let (mut sources, mut diagnostics) = (SourceMap::default(), Diagnostics::default());
         let files = InMemory::default().with_columns("data 1", columns.clone());
-        let reading = Reading::default().renamed(renames);
+        let reading = ReadOptions::default().renamed(renames);
         let table = reading.read(&files, Path::new("data 1"), &mut sources, &mut diagnostics);
         let messages = diagnostics.sorted().into_iter().map(|diagnostic| {
             let entry = entry(diagnostic, &sources);
@@ -101,9 +109,9 @@ mod tests {
     /// Times, then names, units and bits of the columns.
     type Facts = (Option<Vec<u64>>, Vec<(String, Option<String>, Vec<u64>, Option<usize>)>);
 
-    fn facts(table: &Table) -> Facts {
+    fn facts(table: &DataTable) -> Facts {
         let bits = |values: &[f64]| values.iter().map(|value| value.to_bits()).collect::<Vec<_>>();
-        let column = |column: &crate::Column| {
+        let column = |column: &crate::DataColumn| {
             let unit = column.unit.as_ref().map(|unit| unit.symbol.clone());
             let missing = column.missing.as_ref().map(|cells| cells.count);
             (column.name.clone(), unit, bits(&column.values), missing)
@@ -124,7 +132,7 @@ mod tests {
         ];
         for tables in tables {
             let columns = columns(tables);
-            let (mut sources, mut diagnostics) = (Sources::default(), Diagnostics::default());
+            let (mut sources, mut diagnostics) = (SourceMap::default(), Diagnostics::default());
             let text = columns.to_csv();
             let of_text = read_from("a.csv", text.as_bytes(), &mut sources, &mut diagnostics);
             let of_text = of_text.unwrap_or_else(|_| panic!("{text}"));

@@ -10,7 +10,7 @@ use std::ops::Range;
 const LONGEST: usize = 16 << 20;
 
 /// Splits a text into records.
-pub(crate) struct Records<R> {
+pub(crate) struct CsvRecords<R> {
     reader: R,
     /// Whether a record ends with its line even inside a quoted cell.
     in_lines: bool,
@@ -25,7 +25,7 @@ pub(crate) struct Records<R> {
 
 /// A line of a table.
 #[derive(Clone, Copy)]
-pub(crate) struct Record<'a> {
+pub(crate) struct CsvRecord<'a> {
     /// First byte in the text.
     pub(crate) offset: usize,
     /// Line in the text, from 1.
@@ -36,15 +36,15 @@ pub(crate) struct Record<'a> {
     cells: &'a [Range<usize>],
 }
 
-impl<R: BufRead> Records<R> {
+impl<R: BufRead> CsvRecords<R> {
     /// Records of the rest of `reader`, which starts `offset` bytes and `line` lines into the text.
     pub(crate) fn new(reader: R, offset: usize, line: usize) -> Self {
-        Records { reader, in_lines: false, offset, line, bytes: Vec::new(), cells: Vec::new() }
+        CsvRecords { reader, in_lines: false, offset, line, bytes: Vec::new(), cells: Vec::new() }
     }
 
     /// The same with one record per line, so that a growing text is never read beyond the next line.
     pub(crate) fn in_lines(self) -> Self {
-        Records { in_lines: true, ..self }
+        CsvRecords { in_lines: true, ..self }
     }
 
     /// The number of the last line.
@@ -53,12 +53,12 @@ impl<R: BufRead> Records<R> {
     }
 
     /// The next record that is not blank.
-    pub(crate) fn next(&mut self) -> io::Result<Option<Record<'_>>> {
+    pub(crate) fn next(&mut self) -> io::Result<Option<CsvRecord<'_>>> {
         loop {
             let (offset, line) = (self.offset, self.line + 1);
             self.bytes.clear();
             self.cells.clear();
-            let mut splitter = Splitter::default();
+            let mut splitter = CellSplitter::default();
             loop {
                 let old = self.bytes.len();
                 let room = (LONGEST - old) as u64;
@@ -80,7 +80,7 @@ impl<R: BufRead> Records<R> {
             self.offset += self.bytes.len();
             self.cells.push(trim(&self.bytes, splitter.start..self.bytes.len()));
             if self.cells.len() > 1 || !self.cells[0].is_empty() {
-                return Ok(Some(Record {
+                return Ok(Some(CsvRecord {
                     offset,
                     line,
                     open_quote: splitter.in_quotes,
@@ -99,7 +99,7 @@ fn too_long(line: usize) -> io::Error {
     ))
 }
 
-impl<'a> Record<'a> {
+impl<'a> CsvRecord<'a> {
     /// Number of cells.
     pub(crate) fn len(&self) -> usize {
         self.cells.len()
@@ -143,7 +143,7 @@ impl<'a> Record<'a> {
 
 /// Finds the commas between cells; keeps its state from line to line.
 #[derive(Default)]
-struct Splitter {
+struct CellSplitter {
     /// First byte of the current cell.
     start: usize,
     /// Whether that cell began with a quote.
@@ -153,19 +153,19 @@ struct Splitter {
     in_quotes: bool,
 }
 
-impl Splitter {
+impl CellSplitter {
     /// Processes `bytes[from..]`; each cell is added to `cells` at its comma.
     fn split(&mut self, bytes: &[u8], from: usize, cells: &mut Vec<Range<usize>>) {
         for (at, byte) in bytes.iter().enumerate().skip(from) {
             match byte {
                 b',' if !self.in_quotes => {
                     cells.push(trim(bytes, self.start..at));
-                    *self = Splitter { start: at + 1, ..Splitter::default() };
+                    *self = CellSplitter { start: at + 1, ..CellSplitter::default() };
                 }
                 // In a quoted cell each quote closes or opens: `""` does both.
                 b'"' if self.quoted => self.in_quotes = !self.in_quotes,
                 b'"' if !self.begun => {
-                    *self = Splitter { quoted: true, begun: true, in_quotes: true, ..*self };
+                    *self = CellSplitter { quoted: true, begun: true, in_quotes: true, ..*self };
                 }
                 byte => self.begun |= !byte.is_ascii_whitespace(),
             }
@@ -187,7 +187,7 @@ mod tests {
 
     /// Line and cells of every record; checks that the ranges match the cells.
     fn split(text: &str) -> Vec<(usize, Vec<String>)> {
-        let mut records = Records::new(text.as_bytes(), 0, 0);
+        let mut records = CsvRecords::new(text.as_bytes(), 0, 0);
         let mut lines = Vec::new();
         while let Some(record) = records.next().expect("a slice can be read") {
             let cells = (0..record.len()).map(|column| record.text(column)).collect();
@@ -226,18 +226,18 @@ mod tests {
 
     #[test]
     fn what_never_ends_is_given_up() {
-        let mut records = Records::new(io::BufReader::new(io::repeat(b'0')), 0, 0);
+        let mut records = CsvRecords::new(io::BufReader::new(io::repeat(b'0')), 0, 0);
         let error = records.next().map(|_| ()).expect_err("no row is that long").to_string();
         assert!(error.contains("line 1 begins a row of more than 16 MB"), "{error}");
         let open = io::Cursor::new(b"\"a\n").chain(io::repeat(b'0'));
-        let mut records = Records::new(io::BufReader::new(open), 0, 6);
+        let mut records = CsvRecords::new(io::BufReader::new(open), 0, 6);
         let error = records.next().map(|_| ()).expect_err("no row is that long").to_string();
         assert!(error.contains("line 7"), "{error}");
     }
 
     #[test]
     fn in_lines_a_quote_ends_with_its_line() {
-        let mut records = Records::new(b"1,\"b\n2,3\n".as_slice(), 0, 0).in_lines();
+        let mut records = CsvRecords::new(b"1,\"b\n2,3\n".as_slice(), 0, 0).in_lines();
         assert!(
             records.next().expect("a slice can be read").is_some_and(|record| record.open_quote)
         );
@@ -247,7 +247,7 @@ mod tests {
 
     #[test]
     fn a_quote_that_is_never_closed_is_known() {
-        let mut records = Records::new(b"a,\"b\nc,d\n".as_slice(), 0, 0);
+        let mut records = CsvRecords::new(b"a,\"b\nc,d\n".as_slice(), 0, 0);
         let record = records.next().expect("a slice can be read").expect("there is a record");
         assert!(record.open_quote);
         assert_eq!(record.text(1), "\"b\nc,d");

@@ -2,11 +2,11 @@
 
 use std::str::FromStr;
 
-use dgd_compiler::diagnostics::{Code, Diagnostic, Diagnostics, Reported, suggestion};
-use dgd_compiler::source::{Source, Sources, Span};
+use dgd_compiler::diagnostics::{Code, Diagnostic, Diagnostics, ErrorReported, suggestion};
+use dgd_compiler::source::{SourceMap, SourceText, Span};
 
-use crate::csv::header::{Header, Renamed, parse, unit_at};
-use crate::csv::kept::Kept;
+use crate::csv::header::{ColumnRename, CsvHeader, parse, unit_at};
+use crate::csv::kept::ShownText;
 
 /// Another name for a column, as in `P_RIS=p_r`, or with its unit, as in `P_RIS=p_r [barg]`.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -35,39 +35,39 @@ impl Rename {
     /// Parses the name and the unit in a source of their own.
     fn read(
         &self,
-        sources: &mut Sources,
+        sources: &mut SourceMap,
         diagnostics: &mut Diagnostics,
-    ) -> Result<Renamed, Reported> {
+    ) -> Result<ColumnRename, ErrorReported> {
         let text = format!("{}={}", self.column, self.name);
         let byte = |at: usize| u32::try_from(at).unwrap_or(u32::MAX);
         let (start, end) = (byte(self.column.len() + 1), byte(text.len()));
         // One source serves all files.
-        let source = sources.add_once(Source { name: "(--rename)".to_owned(), text });
+        let source = sources.add_once(SourceText { name: "(--rename)".to_owned(), text });
         let place = Span { source, start, end };
         let parsed = parse(&self.name);
         if let Some(fault) = parsed.fault {
             let message = format!("malformed column name: {fault}");
             return Err(diagnostics.error(
-                Diagnostic::new(Code::E609, place, message)
+                Diagnostic::new(Code::MalformedHeader, place, message)
                     .help("a column is called `name`, or `name [unit]`"),
             ));
         }
         let unit = parsed.unit.map(|unit| unit_at(unit, place, sources)).transpose();
         let unit = unit.map_err(|diagnostic| diagnostics.error(*diagnostic))?;
-        Ok(Renamed { name: parsed.name.to_owned(), unit })
+        Ok(ColumnRename { name: parsed.name.to_owned(), unit })
     }
 }
 
-impl Header {
+impl CsvHeader {
     /// Renames columns. A file that has the new name but not the old one is left unchanged, so that files of several
     /// kinds can be read together.
     pub(crate) fn rename(
         &mut self,
         renames: &[Rename],
-        kept: Kept,
-        sources: &mut Sources,
+        kept: ShownText,
+        sources: &mut SourceMap,
         diagnostics: &mut Diagnostics,
-    ) -> Result<(), Reported> {
+    ) -> Result<(), ErrorReported> {
         let names: Vec<String> =
             self.cells.iter().map(|cell| parse(&cell.text).name.to_owned()).collect();
         let mut reported = Ok(());
@@ -88,7 +88,7 @@ impl Header {
                 );
                 let place = |at: usize| kept.span(&self.cells[at].place);
                 reported = Err(diagnostics.error(
-                    Diagnostic::new(Code::E609, place(second), message)
+                    Diagnostic::new(Code::MalformedHeader, place(second), message)
                         .label(place(first), "the first of them")
                         .help("name the columns apart in the file"),
                 ));
@@ -101,7 +101,7 @@ impl Header {
                 );
                 let near = suggestion(&rename.column, names.iter().map(String::as_str));
                 reported = Err(diagnostics.error(
-                    Diagnostic::new(Code::E609, kept.span(&self.place), message)
+                    Diagnostic::new(Code::MalformedHeader, kept.span(&self.place), message)
                         .maybe_help(near.map(|near| format!("did you mean `{near}`?"))),
                 ));
             }

@@ -1,51 +1,51 @@
-//! Reads the rows of a file into the columns of a [`Table`].
+//! Reads the rows of a file into the columns of a [`DataTable`].
 
-use dgd_compiler::diagnostics::{Code, Diagnostic, Diagnostics, Reported};
-use dgd_compiler::source::{Sources, Span};
+use dgd_compiler::diagnostics::{Code, Diagnostic, Diagnostics, ErrorReported};
+use dgd_compiler::source::{SourceMap, Span};
 
 use crate::cell::{number, shown};
-use crate::csv::header::{Header, take_as_time};
-use crate::csv::kept::Kept;
-use crate::csv::records::Record;
-use crate::csv::time::{Time, Timed};
-use crate::read::Reading;
-use crate::table::{Cells, Column, Disorder, Location, Table};
+use crate::csv::header::{CsvHeader, take_as_time};
+use crate::csv::kept::ShownText;
+use crate::csv::records::CsvRecord;
+use crate::csv::time::{TimeColumn, TimeReading};
+use crate::read::ReadOptions;
+use crate::table::{CellRange, DataColumn, DataLocation, DataTable, TimeDisorder};
 
 /// Collects the rows of a file one by one.
-pub(crate) struct Rows {
-    kept: Kept,
+pub(crate) struct CsvRows {
+    kept: ShownText,
     header: Span,
     n_cells: usize,
     taken: usize,
-    time: Option<Time>,
+    time: Option<TimeColumn>,
     time_note: Option<Diagnostic>,
-    columns: Vec<Column>,
+    columns: Vec<DataColumn>,
     /// Whether each column is read.
     wanted: Vec<bool>,
     /// Rows with another number of cells than the header.
-    ragged: Option<Cells>,
-    open_quote: Option<Location>,
+    ragged: Option<CellRange>,
+    open_quote: Option<DataLocation>,
 }
 
-impl Rows {
+impl CsvRows {
     /// Starts after the header.
     pub(crate) fn below(
-        header: &Header,
-        reading: Reading<'_>,
-        kept: Kept,
-        sources: &Sources,
+        header: &CsvHeader,
+        reading: ReadOptions<'_>,
+        kept: ShownText,
+        sources: &SourceMap,
         diagnostics: &mut Diagnostics,
-    ) -> Result<Rows, Reported> {
+    ) -> Result<CsvRows, ErrorReported> {
         let mut columns = header.columns(kept, sources);
         let time_note = take_as_time(&mut columns);
         header.verify(&columns, kept, diagnostics)?;
         let time = if columns[0].name == "time" {
-            Some(Time::of(columns.remove(0), reading.order, diagnostics)?)
+            Some(TimeColumn::from_header(columns.remove(0), reading.order, diagnostics)?)
         } else {
             None
         };
         let wanted = columns.iter().map(|column| reading.wants(&column.name)).collect();
-        Ok(Rows {
+        Ok(CsvRows {
             kept,
             header: kept.span(&header.place),
             n_cells: header.cells.len(),
@@ -70,7 +70,7 @@ impl Rows {
     }
 
     /// Reads a row.
-    pub(crate) fn take(&mut self, record: &Record<'_>) {
+    pub(crate) fn take(&mut self, record: &CsvRecord<'_>) {
         if record.open_quote {
             let quoted = record.place_from(record.len() - 1);
             self.open_quote = Some(self.kept.place(&quoted, record.line, self.header));
@@ -80,7 +80,7 @@ impl Rows {
             // The location is that of the excess cells, or of all cells if there are too few.
             let first = if record.len() > self.n_cells { self.n_cells } else { 0 };
             let place = self.kept.place(&record.place_from(first), record.line, self.header);
-            Cells::count(&mut self.ragged, || (place, counted(record.len())));
+            CellRange::count(&mut self.ragged, || (place, counted(record.len())));
             return;
         }
         if let Some(time) = &mut self.time {
@@ -98,7 +98,7 @@ impl Rows {
                 Some(_) => continue,
             };
             let header = column.place;
-            Cells::count(cells, || {
+            CellRange::count(cells, || {
                 (self.kept.place(&record.place(cell), record.line, header), record.text(cell))
             });
         }
@@ -147,8 +147,8 @@ impl Rows {
                 value if value.is_infinite() => &mut column.not_numbers,
                 _ => continue,
             };
-            let place = Location::row(column.place, row);
-            Cells::count(cells, || (place, shown(*value)));
+            let place = DataLocation::row(column.place, row);
+            CellRange::count(cells, || (place, shown(*value)));
         }
     }
 
@@ -162,7 +162,7 @@ impl Rows {
             return;
         };
         for text in texts {
-            let place = Location::row(column.place, column.values.len());
+            let place = DataLocation::row(column.place, column.values.len());
             let value = number(text.trim_ascii().as_bytes());
             column.values.push(value.unwrap_or(f64::NAN));
             let cells = match value {
@@ -170,37 +170,37 @@ impl Rows {
                 Some(value) if value.is_nan() => &mut column.missing,
                 Some(_) => continue,
             };
-            Cells::count(cells, || (place, text.to_owned()));
+            CellRange::count(cells, || (place, text.to_owned()));
         }
     }
 
     /// The column at this header index; `None` for the time.
-    fn column(&mut self, at: usize) -> Option<&mut Column> {
+    fn column(&mut self, at: usize) -> Option<&mut DataColumn> {
         self.columns.get_mut(at.checked_sub(usize::from(self.time.is_some()))?)
     }
 
     /// The table, unless a mistake invalidates it as a whole.
-    pub(crate) fn finish(self, diagnostics: &mut Diagnostics) -> Result<Table, Reported> {
+    pub(crate) fn finish(self, diagnostics: &mut Diagnostics) -> Result<DataTable, ErrorReported> {
         let mut reported = Ok(());
         if let Some(place) = self.open_quote {
             let message = "a quoted cell is not closed";
-            reported = Err(diagnostics.error(place.diagnostic(Code::E610, message)));
+            reported = Err(diagnostics.error(place.diagnostic(Code::RowLength, message)));
         }
         if let Some(cells) = self.ragged {
             let message =
                 format!("this row has {}, and the header {}", cells.text, counted(self.n_cells));
-            reported = Err(diagnostics.error(cells.diagnostic(Code::E610, message)));
+            reported = Err(diagnostics.error(cells.diagnostic(Code::RowLength, message)));
         } else if self.taken == 0 && reported.is_ok() {
             let message = "the table has no rows";
             let place = self.header;
-            reported = Err(diagnostics.error(Diagnostic::new(Code::E612, place, message)));
+            reported = Err(diagnostics.error(Diagnostic::new(Code::NoRows, place, message)));
         }
         let time = self.time.map(|time| time.finish(diagnostics)).transpose();
         reported?;
-        let Rows { mut columns, taken: mut n_rows, .. } = self;
+        let CsvRows { mut columns, taken: mut n_rows, .. } = self;
         let (time, disorder, replicates, epoch) = match time? {
-            None => (None, Disorder::default(), Vec::new(), None),
-            Some(Timed { seconds, rows, disorder, replicates, epoch }) => {
+            None => (None, TimeDisorder::default(), Vec::new(), None),
+            Some(TimeReading { seconds, rows, disorder, replicates, epoch }) => {
                 if let Some(rows) = rows {
                     for column in columns.iter_mut().filter(|column| !column.values.is_empty()) {
                         column.values = rows.iter().map(|row| column.values[*row]).collect();
@@ -210,7 +210,7 @@ impl Rows {
                 (Some(seconds), disorder, replicates, epoch)
             }
         };
-        Ok(Table {
+        Ok(DataTable {
             source: self.kept.source,
             digest: None,
             header: self.header,

@@ -1,41 +1,41 @@
 //! The time column: seconds since the first sample, in order.
 
-use dgd_compiler::diagnostics::{Code, Diagnostic, Diagnostics, Reported};
+use dgd_compiler::diagnostics::{Code, Diagnostic, Diagnostics, ErrorReported};
 use dgd_compiler::source::Span;
 use dgd_compiler::units::Dimension;
 
 use crate::cell::shown;
-use crate::csv::clock::{Clock, Epoch, TimeFault};
-use crate::csv::kept::Kept;
-use crate::csv::records::Record;
-use crate::table::{Cells, Column, Disorder, Location, Order, Replicate};
+use crate::csv::clock::{Epoch, TimeColumnClock, TimeFault};
+use crate::csv::kept::ShownText;
+use crate::csv::records::CsvRecord;
+use crate::table::{CellRange, DataColumn, DataLocation, DisorderPolicy, Replicate, TimeDisorder};
 
 /// The time column while rows are read.
-pub(crate) struct Time {
+pub(crate) struct TimeColumn {
     header: Span,
-    order: Order,
+    order: DisorderPolicy,
     /// Factor from the header's unit to seconds, if there is a unit.
     factor: Option<f64>,
-    clock: Option<Clock>,
+    clock: Option<TimeColumnClock>,
     /// Number of rows read as numbers or texts without a location of their own.
     row: usize,
     seconds: Vec<f64>,
-    last: Option<Last>,
+    last: Option<LastRow>,
     /// The first mistake of each kind, and their number.
-    unreadable: Option<(Cells, TimeFault)>,
-    backwards: Option<(Cells, Before)>,
-    crowded: Option<Cells>,
+    unreadable: Option<(CellRange, TimeFault)>,
+    backwards: Option<(CellRange, EarlierRow)>,
+    crowded: Option<CellRange>,
     /// Third and further rows at the same time.
     replicates: Vec<Replicate>,
 }
 
 /// Result of reading the time column.
-pub(crate) struct Timed {
+pub(crate) struct TimeReading {
     /// Seconds since the first sample.
     pub(crate) seconds: Vec<f64>,
     /// The rows with these times, if some are left out.
     pub(crate) rows: Option<Vec<usize>>,
-    pub(crate) disorder: Disorder,
+    pub(crate) disorder: TimeDisorder,
     /// Third and further rows at the same time, unless disorder is tolerated.
     pub(crate) replicates: Vec<Replicate>,
     /// The timestamp from which they are counted, if the file has timestamps.
@@ -43,46 +43,46 @@ pub(crate) struct Timed {
 }
 
 /// The row before one with an earlier time.
-struct Before {
+struct EarlierRow {
     row: usize,
-    place: Location,
+    place: DataLocation,
     text: String,
 }
 
 /// The last row with a valid time.
-struct Last {
+struct LastRow {
     seconds: f64,
-    place: Location,
+    place: DataLocation,
     text: Vec<u8>,
     /// Number of rows at this time.
     same: usize,
 }
 
-impl Time {
+impl TimeColumn {
     /// The time column under this header.
-    pub(crate) fn of(
-        column: Column,
-        order: Order,
+    pub(crate) fn from_header(
+        column: DataColumn,
+        order: DisorderPolicy,
         diagnostics: &mut Diagnostics,
-    ) -> Result<Time, Reported> {
+    ) -> Result<TimeColumn, ErrorReported> {
         if let Some(fault) = column.fault {
             return Err(diagnostics.error(fault));
         }
         let factor = match column.unit {
             None => None,
-            Some(unit) if unit.dimension == Dimension::of([0, 0, 1, 0, 0, 0, 0]) => {
+            Some(unit) if unit.dimension == Dimension::from_exponents([0, 0, 1, 0, 0, 0, 0]) => {
                 Some(unit.factor)
             }
             Some(unit) => {
                 let message =
                     format!("`time` is in `{}`, which is not a unit of time", unit.symbol);
                 return Err(diagnostics.error(
-                    Diagnostic::new(Code::E604, column.place, message)
+                    Diagnostic::new(Code::IncompatibleColumnUnit, column.place, message)
                         .help("write `time [s]`, or `time` with ISO 8601 stamps"),
                 ));
             }
         };
-        Ok(Time {
+        Ok(TimeColumn {
             header: column.place,
             order,
             factor,
@@ -103,7 +103,7 @@ impl Time {
     }
 
     /// Reads the time of a row.
-    pub(crate) fn take(&mut self, record: &Record<'_>, kept: Kept) {
+    pub(crate) fn take(&mut self, record: &CsvRecord<'_>, kept: ShownText) {
         let place = kept.place(&record.place(0), record.line, self.header);
         self.take_cell(record.cell(0), place, || record.text(0));
     }
@@ -119,9 +119,9 @@ impl Time {
         let Some(last) = times.last() else { return };
         let before = self.seconds.len();
         if let Some(same) = self.push_in_order(times) {
-            let place = Location::row(self.header, self.row + times.len() - 1);
+            let place = DataLocation::row(self.header, self.row + times.len() - 1);
             let (seconds, text) = (self.seconds[self.seconds.len() - 1], shown(*last).into_bytes());
-            self.last = Some(Last { seconds, place, text, same });
+            self.last = Some(LastRow { seconds, place, text, same });
             self.row += times.len();
             return;
         }
@@ -134,7 +134,7 @@ impl Time {
 
     /// Reads the time of the next row.
     pub(crate) fn take_text(&mut self, text: &str) {
-        let place = Location::row(self.header, self.row);
+        let place = DataLocation::row(self.header, self.row);
         self.row += 1;
         self.take_cell(text.trim_ascii().as_bytes(), place, || text.to_owned());
     }
@@ -144,8 +144,8 @@ impl Time {
         let factor = self.factor?;
         let first = match &self.clock {
             None => *times.first()?,
-            Some(Clock::Counted { first, .. }) => *first,
-            Some(Clock::Zoned { .. } | Clock::Local { .. }) => return None,
+            Some(TimeColumnClock::Counted { first, .. }) => *first,
+            Some(TimeColumnClock::Zoned { .. } | TimeColumnClock::Local { .. }) => return None,
         };
         let last = self.last.as_ref();
         let (mut before, mut same) =
@@ -159,15 +159,15 @@ impl Time {
             self.seconds.push(seconds);
             before = seconds;
         }
-        self.clock.get_or_insert(Clock::Counted { factor, first });
+        self.clock.get_or_insert(TimeColumnClock::Counted { factor, first });
         Some(same)
     }
 
     /// Reads the time of a row from its cell; `text` quotes the cell.
-    fn take_cell(&mut self, cell: &[u8], place: Location, text: impl Fn() -> String) {
+    fn take_cell(&mut self, cell: &[u8], place: DataLocation, text: impl Fn() -> String) {
         let read = match &self.clock {
             Some(clock) => clock.seconds(cell),
-            None => Clock::start(cell, self.factor).map(|clock| {
+            None => TimeColumnClock::start(cell, self.factor).map(|clock| {
                 self.clock = Some(clock);
                 0.0
             }),
@@ -177,14 +177,14 @@ impl Time {
             Err(fault) => {
                 match &mut self.unreadable {
                     Some((cells, _)) => cells.count += 1,
-                    None => self.unreadable = Some((Cells::one(place, text()), fault)),
+                    None => self.unreadable = Some((CellRange::one(place, text()), fault)),
                 }
                 return;
             }
         };
         let Some(last) = &mut self.last else {
             let text = cell.to_owned();
-            self.last = Some(Last { seconds, place, text, same: 1 });
+            self.last = Some(LastRow { seconds, place, text, same: 1 });
             self.seconds.push(seconds);
             return;
         };
@@ -193,12 +193,12 @@ impl Time {
         } else {
             last.same = 1;
         }
-        if last.same > 2 && self.order == Order::Recorded {
-            Cells::count(&mut self.crowded, || (place, text()));
+        if last.same > 2 && self.order == DisorderPolicy::Recorded {
+            CellRange::count(&mut self.crowded, || (place, text()));
         } else if last.same > 2 {
             let row = self.seconds.len();
             let first = row + 1 - last.same;
-            self.replicates.push(Replicate { row, first, time: Cells::one(place, text()) });
+            self.replicates.push(Replicate { row, first, time: CellRange::one(place, text()) });
         }
         if seconds < last.seconds {
             if let Some((cells, _)) = &mut self.backwards {
@@ -206,8 +206,8 @@ impl Time {
             } else {
                 let earlier = String::from_utf8_lossy(&last.text).into_owned();
                 let row = self.seconds.len() - 1;
-                let before = Before { row, place: last.place, text: earlier };
-                self.backwards = Some((Cells::one(place, text()), before));
+                let before = EarlierRow { row, place: last.place, text: earlier };
+                self.backwards = Some((CellRange::one(place, text()), before));
             }
         }
         self.seconds.push(seconds);
@@ -218,29 +218,32 @@ impl Time {
     }
 
     /// All times, unless mistakes invalidate the whole file.
-    pub(crate) fn finish(self, diagnostics: &mut Diagnostics) -> Result<Timed, Reported> {
+    pub(crate) fn finish(
+        self,
+        diagnostics: &mut Diagnostics,
+    ) -> Result<TimeReading, ErrorReported> {
         let mut reported = Ok(());
         if let Some((cells, fault)) = self.unreadable {
-            let diagnostic = cells.diagnostic(Code::E607, fault.message(&cells.text));
+            let diagnostic = cells.diagnostic(Code::NotANumber, fault.message(&cells.text));
             reported = Err(diagnostics.error(match fault.help() {
                 Some(help) => diagnostic.help(help),
                 None => diagnostic,
             }));
         }
         let is_out_of_order = self.backwards.is_some() || self.crowded.is_some();
-        let rows = (self.order == Order::Recorded && is_out_of_order)
+        let rows = (self.order == DisorderPolicy::Recorded && is_out_of_order)
             .then(|| rows_in_order(&self.seconds));
         let left_out = rows.as_ref().map_or(0, |rows| self.seconds.len() - rows.len());
-        let mut disorder = Disorder { left_out, ..Disorder::default() };
+        let mut disorder = TimeDisorder { left_out, ..TimeDisorder::default() };
         if let Some((cells, before)) = self.backwards {
-            let Before { row, place, text } = before;
+            let EarlierRow { row, place, text } = before;
             if let Some(rows) = &rows {
                 let has_its_time = |kept: &usize| self.seconds[*kept] == self.seconds[row];
                 let ahead = if rows.iter().any(has_its_time) { "" } else { ", which is ahead" };
                 disorder.backwards = Some(format!("`{}` comes after `{text}`{ahead}", cells.text));
             } else {
                 let message = format!("time runs backwards: `{}` comes after `{text}`", cells.text);
-                let diagnostic = cells.diagnostic(Code::E605, message);
+                let diagnostic = cells.diagnostic(Code::TimeRunsBackwards, message);
                 reported =
                     Err(diagnostics
                         .error(diagnostic.label(place.span, place.text("the row before"))));
@@ -249,7 +252,7 @@ impl Time {
         disorder.crowded = self.crowded.map(|cells| cells.text);
         reported?;
         // The first row may be among those left out.
-        let epoch = self.clock.as_ref().and_then(Clock::epoch).filter(|_| rows.is_none());
+        let epoch = self.clock.as_ref().and_then(TimeColumnClock::epoch).filter(|_| rows.is_none());
         let mut seconds = self.seconds;
         if let Some(rows) = &rows {
             // Even the first row may be left out.
@@ -257,7 +260,7 @@ impl Time {
             seconds = rows.iter().map(|row| seconds[*row] - first).collect();
         }
         let replicates = self.replicates;
-        Ok(Timed { seconds, rows, disorder, replicates, epoch })
+        Ok(TimeReading { seconds, rows, disorder, replicates, epoch })
     }
 }
 

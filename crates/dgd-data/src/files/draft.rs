@@ -15,23 +15,23 @@ static DRAFTS: Mutex<Vec<PathBuf>> = Mutex::new(Vec::new());
 
 /// The kind of the target.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum Kind {
+pub(crate) enum DraftKind {
     File,
     Folder,
 }
 
 /// A temporary file or folder; removed when dropped, unless it was published.
 #[derive(Debug)]
-pub(crate) struct Draft {
+pub(crate) struct TempFile {
     path: PathBuf,
     /// Holds the lock. Some systems cannot open folders.
     lock: Option<File>,
     published: bool,
 }
 
-impl Draft {
+impl TempFile {
     /// Creates a temporary file in the folder, named after its target.
-    pub(crate) fn create(folder: &Path, name: &OsStr, kind: Kind) -> io::Result<Draft> {
+    pub(crate) fn create(folder: &Path, name: &OsStr, kind: DraftKind) -> io::Result<TempFile> {
         remove_abandoned(folder, name);
         let mut attempt = 0_u32;
         loop {
@@ -41,8 +41,8 @@ impl Draft {
             let path = folder.join(hidden);
             let mut drafts = drafts();
             let made = match kind {
-                Kind::File => File::create_new(&path).map(Some),
-                Kind::Folder => fs::create_dir(&path).map(|()| File::open(&path).ok()),
+                DraftKind::File => File::create_new(&path).map(Some),
+                DraftKind::Folder => fs::create_dir(&path).map(|()| File::open(&path).ok()),
             };
             match made {
                 Ok(lock) => {
@@ -53,7 +53,7 @@ impl Draft {
                     }
                     // Another run may have removed it as abandoned before it was locked.
                     if path.exists() {
-                        return Ok(Draft { path, lock, published: false });
+                        return Ok(TempFile { path, lock, published: false });
                     }
                     drafts.pop();
                 }
@@ -77,7 +77,7 @@ impl Draft {
     }
 
     /// Syncs it and renames it to its target.
-    pub(crate) fn publish(mut self, goal: &Path) -> Result<(), (Draft, io::Error)> {
+    pub(crate) fn publish(mut self, goal: &Path) -> Result<(), (TempFile, io::Error)> {
         let synced = self.lock.as_ref().map_or(Ok(()), File::sync_all);
         // A folder that cannot be synced contains synced files.
         if let Err(error) = synced
@@ -100,7 +100,7 @@ impl Draft {
     }
 }
 
-impl Drop for Draft {
+impl Drop for TempFile {
     fn drop(&mut self) {
         if !self.published {
             let mut drafts = drafts();
@@ -209,7 +209,7 @@ mod tests {
         let alive = format!(".a.csv.dgd-{}-7.tmp", std::process::id());
         fs::write(path(&alive), b"x").expect("the folder is writable");
 
-        let draft = Draft::create(folder.path(), OsStr::new("a.csv"), Kind::File);
+        let draft = TempFile::create(folder.path(), OsStr::new("a.csv"), DraftKind::File);
         drop(draft.expect("the folder is writable"));
         for name in gone.iter().chain(&[".out.dgd-4194999-0.tmp"]) {
             assert!(!path(name).exists(), "{name}");

@@ -5,12 +5,12 @@ use std::fs::{self, File};
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
-use super::draft::{Draft, Kind, hold, sync_folder};
+use super::draft::{DraftKind, TempFile, hold, sync_folder};
 use super::whole::WriteError;
 
 /// A folder of results.
 #[derive(Debug, Clone, Default)]
-pub struct Files {
+pub struct ResultFolder {
     /// Names and contents. A name with folders in it requires that the target folder does not exist yet.
     pub written: Vec<(String, Vec<u8>)>,
     /// Names of files of an earlier result that this one does not have.
@@ -25,7 +25,7 @@ pub struct Files {
 /// # Errors
 ///
 /// The parent does not exist, a file would replace a folder, or the system refused.
-pub fn write_folder(folder: &Path, files: &Files) -> Result<(), WriteError> {
+pub fn write_folder(folder: &Path, files: &ResultFolder) -> Result<(), WriteError> {
     let failed = |error| WriteError::Failed { path: folder.to_owned(), error };
     let draft = begin(folder)?;
     fill(draft.path(), files).map_err(failed)?;
@@ -61,10 +61,10 @@ pub fn try_folder(folder: &Path) -> Result<(), WriteError> {
 
 /// A temporary folder inside the target, so that nothing is moved between file systems, or beside it if the target does
 /// not exist yet.
-fn begin(folder: &Path) -> Result<Draft, WriteError> {
+fn begin(folder: &Path) -> Result<TempFile, WriteError> {
     let failed = |error| WriteError::Failed { path: folder.to_owned(), error };
     if folder.is_dir() {
-        return Draft::create(folder, OsStr::new("dgd"), Kind::Folder).map_err(failed);
+        return TempFile::create(folder, OsStr::new("dgd"), DraftKind::Folder).map_err(failed);
     }
     if folder.exists() {
         return Err(WriteError::NotFolder { path: folder.to_owned() });
@@ -76,10 +76,10 @@ fn begin(folder: &Path) -> Result<Draft, WriteError> {
         let (path, folder) = (folder.to_owned(), parent.to_owned());
         return Err(WriteError::NoFolder { path, folder });
     }
-    Draft::create(parent, name, Kind::Folder).map_err(failed)
+    TempFile::create(parent, name, DraftKind::Folder).map_err(failed)
 }
 
-fn fill(draft: &Path, files: &Files) -> io::Result<()> {
+fn fill(draft: &Path, files: &ResultFolder) -> io::Result<()> {
     files.written.iter().try_for_each(|(name, content)| {
         let path = draft.join(name);
         if let Some(folder) = path.parent() {
@@ -100,7 +100,7 @@ fn parent(path: &Path) -> &Path {
 
 /// Moves the files of a temporary folder into the target, and the old ones out; if one cannot be moved, all are moved
 /// back.
-fn exchange(folder: &Path, draft: &Path, files: &Files) -> Result<(), WriteError> {
+fn exchange(folder: &Path, draft: &Path, files: &ResultFolder) -> Result<(), WriteError> {
     let written = || files.written.iter().map(|(name, _)| name);
     if let Some(name) = written().chain(&files.removed).find(|name| folder.join(name).is_dir()) {
         return Err(WriteError::IsFolder { path: folder.join(name) });
@@ -129,9 +129,9 @@ fn exchange(folder: &Path, draft: &Path, files: &Files) -> Result<(), WriteError
 mod tests {
     use super::*;
 
-    fn files(names: &[&str], content: &str) -> Files {
+    fn files(names: &[&str], content: &str) -> ResultFolder {
         let written = names.iter().map(|name| ((*name).to_owned(), content.into())).collect();
-        Files { written, removed: vec!["stale".to_owned()] }
+        ResultFolder { written, removed: vec!["stale".to_owned()] }
     }
 
     /// Names and contents, in order.

@@ -33,7 +33,7 @@ pub struct RunJournal {
 
 /// The state of the journal before it was opened.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Before {
+pub enum PriorJournal {
     /// There is no journal, or it was not requested.
     Nothing,
     /// It has this many results of an identical run.
@@ -53,7 +53,7 @@ pub enum JournalError {
 
 /// Treatment of an existing journal.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Opening {
+pub enum JournalOpening {
     /// It is resumed.
     Resume,
     /// It is replaced.
@@ -78,8 +78,8 @@ impl RunJournal {
     pub fn open(
         path: PathBuf,
         owner: Digest,
-        opening: Opening,
-    ) -> Result<(RunJournal, Before), JournalError> {
+        opening: JournalOpening,
+    ) -> Result<(RunJournal, PriorJournal), JournalError> {
         let failed = JournalError::Failed;
         // A file that is not a journal must not be replaced.
         if let Ok(there) = fs::symlink_metadata(&path) {
@@ -103,18 +103,18 @@ impl RunJournal {
         }
         let header = [HEADER, &owner.value().to_le_bytes()].concat();
         let mut bytes = Vec::new();
-        if opening == Opening::Resume {
+        if opening == JournalOpening::Resume {
             file.read_to_end(&mut bytes).map_err(failed)?;
         }
         let (found, length, before) = match bytes.strip_prefix(header.as_slice()) {
             Some(records) => {
                 let (found, length) = read(records);
                 let count = found.len();
-                (found, header.len() + length, Before::Results(count))
+                (found, header.len() + length, PriorJournal::Results(count))
             }
             // A run that was killed immediately leaves part of a header.
-            None if header.starts_with(&bytes) => (BTreeMap::new(), 0, Before::Nothing),
-            None => (BTreeMap::new(), 0, Before::Other),
+            None if header.starts_with(&bytes) => (BTreeMap::new(), 0, PriorJournal::Nothing),
+            None => (BTreeMap::new(), 0, PriorJournal::Other),
         };
         file.set_len(length as u64).map_err(failed)?;
         file.seek(SeekFrom::End(0)).map_err(failed)?;
@@ -196,7 +196,7 @@ mod tests {
 
     const OWNER: Digest = Digest::EMPTY;
 
-    fn open(path: &Path, owner: Digest, opening: Opening) -> (RunJournal, Before) {
+    fn open(path: &Path, owner: Digest, opening: JournalOpening) -> (RunJournal, PriorJournal) {
         RunJournal::open(path.to_owned(), owner, opening).expect("the folder is writable")
     }
 
@@ -210,8 +210,8 @@ mod tests {
     fn a_journal_that_is_torn_anywhere_gives_the_records_before() {
         let folder = tempfile::tempdir().expect("a folder for the test");
         let path = RunJournal::path(&folder.path().join("found"));
-        let (journal, before) = open(&path, OWNER, Opening::Resume);
-        assert_eq!(before, Before::Nothing);
+        let (journal, before) = open(&path, OWNER, JournalOpening::Resume);
+        assert_eq!(before, PriorJournal::Nothing);
         let results: [&[u8]; 3] = [b"one", b"", &[7; 300]];
         let mut ends = vec![fs::metadata(&path).expect("it is there").len() as usize];
         for (key, result) in results.iter().enumerate() {
@@ -223,9 +223,10 @@ mod tests {
         assert_eq!(whole.len(), ends[3]);
         for length in 0..=whole.len() {
             fs::write(&path, &whole[..length]).expect("the folder is writable");
-            let (journal, before) = open(&path, OWNER, Opening::Resume);
+            let (journal, before) = open(&path, OWNER, JournalOpening::Resume);
             let count = ends[1..].iter().filter(|end| **end <= length).count();
-            let expected = if length < ends[0] { Before::Nothing } else { Before::Results(count) };
+            let expected =
+                if length < ends[0] { PriorJournal::Nothing } else { PriorJournal::Results(count) };
             assert_eq!(before, expected, "of {length} bytes");
             for (key, result) in results.iter().enumerate() {
                 let stored = journal.find(key as u128);
@@ -234,8 +235,8 @@ mod tests {
             // New records follow the last complete one.
             journal.keep(9, b"new");
             kill(journal);
-            let (journal, before) = open(&path, OWNER, Opening::Resume);
-            assert_eq!(before, Before::Results(count + 1), "of {length} bytes");
+            let (journal, before) = open(&path, OWNER, JournalOpening::Resume);
+            assert_eq!(before, PriorJournal::Results(count + 1), "of {length} bytes");
             assert_eq!(journal.find(9).as_deref(), Some(b"new".as_slice()));
             drop(journal);
             assert!(!path.exists(), "a run that ends needs it no more");
@@ -246,7 +247,7 @@ mod tests {
     fn a_byte_that_has_changed_ends_what_is_believed() {
         let folder = tempfile::tempdir().expect("a folder for the test");
         let path = folder.path().join("journal");
-        let (journal, _) = open(&path, OWNER, Opening::Anew);
+        let (journal, _) = open(&path, OWNER, JournalOpening::Anew);
         journal.keep(1, b"one");
         journal.keep(2, b"two");
         kill(journal);
@@ -254,8 +255,8 @@ mod tests {
         let place = bytes.len() - 17;
         bytes[place] ^= 1;
         fs::write(&path, &bytes).expect("the folder is writable");
-        let (journal, before) = open(&path, OWNER, Opening::Resume);
-        assert_eq!((before, journal.find(2)), (Before::Results(1), None));
+        let (journal, before) = open(&path, OWNER, JournalOpening::Resume);
+        assert_eq!((before, journal.find(2)), (PriorJournal::Results(1), None));
     }
 
     #[test]
@@ -263,34 +264,34 @@ mod tests {
         let folder = tempfile::tempdir().expect("a folder for the test");
         let path = folder.path().join("journal");
         fs::write(&path, b"precious").expect("the folder is writable");
-        for opening in [Opening::Anew, Opening::Resume] {
+        for opening in [JournalOpening::Anew, JournalOpening::Resume] {
             let refused = RunJournal::open(path.clone(), OWNER, opening);
             assert!(matches!(refused, Err(JournalError::Failed(_))), "{refused:?}");
         }
         assert_eq!(fs::read(&path).expect("it is there"), b"precious");
         // The journal of another version counts as one.
         fs::write(&path, b"dgd journal 9\n").expect("the folder is writable");
-        assert_eq!(open(&path, OWNER, Opening::Resume).1, Before::Other);
+        assert_eq!(open(&path, OWNER, JournalOpening::Resume).1, PriorJournal::Other);
     }
 
     #[test]
     fn the_journal_of_another_run_is_not_used() {
         let folder = tempfile::tempdir().expect("a folder for the test");
         let path = folder.path().join("journal");
-        let (journal, _) = open(&path, OWNER, Opening::Anew);
+        let (journal, _) = open(&path, OWNER, JournalOpening::Anew);
         journal.keep(1, b"one");
-        let in_use = RunJournal::open(path.clone(), OWNER, Opening::Resume);
+        let in_use = RunJournal::open(path.clone(), OWNER, JournalOpening::Resume);
         assert!(matches!(in_use, Err(JournalError::InUse)), "{in_use:?}");
         kill(journal);
-        let (journal, before) = open(&path, OWNER.of(&"other"), Opening::Resume);
-        assert_eq!((before, journal.find(1)), (Before::Other, None));
+        let (journal, before) = open(&path, OWNER.debug(&"other"), JournalOpening::Resume);
+        assert_eq!((before, journal.find(1)), (PriorJournal::Other, None));
         kill(journal);
         // It was replaced; without `Resume`, an existing journal is ignored.
-        let (journal, before) = open(&path, OWNER, Opening::Resume);
-        assert_eq!(before, Before::Other);
+        let (journal, before) = open(&path, OWNER, JournalOpening::Resume);
+        assert_eq!(before, PriorJournal::Other);
         journal.keep(1, b"one");
         kill(journal);
-        let (journal, before) = open(&path, OWNER, Opening::Anew);
-        assert_eq!((before, journal.find(1)), (Before::Nothing, None));
+        let (journal, before) = open(&path, OWNER, JournalOpening::Anew);
+        assert_eq!((before, journal.find(1)), (PriorJournal::Nothing, None));
     }
 }

@@ -7,6 +7,6 @@ mod once;
 mod whole;
 
 pub use draft::abandon;
-pub use folder::{Files, try_folder, write_folder};
+pub use folder::{ResultFolder, try_folder, write_folder};
 pub use once::{make_folder, remove_left_over, write_first, write_shared};
 pub use whole::{WriteError, try_whole, write_whole};

@@ -6,7 +6,7 @@ use std::fs::{self, File};
 use std::io::{self, BufWriter, Write};
 use std::path::{Path, PathBuf};
 
-use super::draft::{Draft, Kind};
+use super::draft::{DraftKind, TempFile};
 
 /// Writes a file with everything that `content` writes, or leaves it unchanged.
 ///
@@ -45,7 +45,7 @@ pub fn try_whole(path: &Path) -> Result<(), WriteError> {
 }
 
 /// A temporary file and its target path; `None` if the path is not that of a regular file.
-fn begin(path: &Path) -> Result<Option<(Draft, PathBuf)>, WriteError> {
+fn begin(path: &Path) -> Result<Option<(TempFile, PathBuf)>, WriteError> {
     let failed = |error| WriteError::Failed { path: path.to_owned(), error };
     let goal = match fs::metadata(path) {
         Ok(existing) if existing.is_dir() => {
@@ -72,7 +72,7 @@ fn begin(path: &Path) -> Result<Option<(Draft, PathBuf)>, WriteError> {
         let (path, folder) = (path.to_owned(), folder.to_owned());
         return Err(WriteError::NoFolder { path, folder });
     }
-    let draft = Draft::create(folder, name, Kind::File).map_err(failed)?;
+    let draft = TempFile::create(folder, name, DraftKind::File).map_err(failed)?;
     Ok(Some((draft, goal)))
 }
 

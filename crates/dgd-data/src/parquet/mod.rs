@@ -22,29 +22,29 @@ pub(crate) use write::ParquetWriter;
 pub(crate) const MAGIC: &[u8] = b"PAR1";
 
 /// A file with random access.
-pub(crate) enum Place {
+pub(crate) enum RandomAccess {
     Memory(Vec<u8>),
     File(File),
 }
 
-impl Place {
+impl RandomAccess {
     /// Its length in bytes.
     pub(crate) fn len(&self) -> io::Result<u64> {
         match self {
-            Place::Memory(bytes) => Ok(bytes.len() as u64),
-            Place::File(file) => Ok(file.metadata()?.len()),
+            RandomAccess::Memory(bytes) => Ok(bytes.len() as u64),
+            RandomAccess::File(file) => Ok(file.metadata()?.len()),
         }
     }
 
     /// A range of bytes within the file.
     pub(crate) fn bytes(&self, from: u64, length: usize) -> io::Result<Vec<u8>> {
         match self {
-            Place::Memory(bytes) => {
+            RandomAccess::Memory(bytes) => {
                 let from = usize::try_from(from).ok();
                 let part = from.and_then(|from| bytes.get(from..from.checked_add(length)?));
                 part.map(<[u8]>::to_vec).ok_or_else(|| io::ErrorKind::UnexpectedEof.into())
             }
-            Place::File(file) => {
+            RandomAccess::File(file) => {
                 let mut file: &File = file;
                 file.seek(SeekFrom::Start(from))?;
                 let mut bytes = Vec::new();
@@ -68,7 +68,7 @@ impl Place {
 
 /// Some rows of a column.
 #[cfg(feature = "parquet")]
-pub(crate) enum Cells {
+pub(crate) enum ColumnChunk {
     /// Numbers, NaN for missing ones.
     Numbers(Vec<f64>),
     /// Texts, empty for missing ones.
@@ -84,7 +84,7 @@ pub(crate) trait TakesColumns {
     fn begin(&mut self, names: &[String], n_rows: usize, bytes: u64) -> Option<Vec<bool>>;
 
     /// Receives the next rows of a column. Columns come one after the other.
-    fn take(&mut self, column: usize, cells: Cells);
+    fn take(&mut self, column: usize, cells: ColumnChunk);
 }
 
 /// Whether a panic of this thread, in the library that reads Parquet, is caught and becomes a message, so that a panic
@@ -110,14 +110,14 @@ pub(crate) fn written(csv: &str) -> Vec<u8> {
 
 #[cfg(all(test, feature = "parquet"))]
 #[derive(Default)]
-pub(crate) struct Text {
+pub(crate) struct ChunkText {
     names: Vec<String>,
     columns: Vec<Vec<String>>,
     n_rows: usize,
 }
 
 #[cfg(all(test, feature = "parquet"))]
-impl TakesColumns for Text {
+impl TakesColumns for ChunkText {
     fn begin(&mut self, names: &[String], n_rows: usize, _: u64) -> Option<Vec<bool>> {
         self.names = names.to_vec();
         self.columns = vec![Vec::new(); names.len()];
@@ -125,13 +125,13 @@ impl TakesColumns for Text {
         Some(vec![true; names.len()])
     }
 
-    fn take(&mut self, column: usize, cells: Cells) {
+    fn take(&mut self, column: usize, cells: ColumnChunk) {
         match cells {
-            Cells::Numbers(numbers) => {
+            ColumnChunk::Numbers(numbers) => {
                 self.columns[column].extend(numbers.into_iter().map(crate::cell::shown));
             }
-            Cells::Texts(texts) => self.columns[column].extend(texts),
-            Cells::Other(what, rows) => {
+            ColumnChunk::Texts(texts) => self.columns[column].extend(texts),
+            ColumnChunk::Other(what, rows) => {
                 self.columns[column].extend(vec![what.to_owned(); rows]);
             }
         }
@@ -139,7 +139,7 @@ impl TakesColumns for Text {
 }
 
 #[cfg(all(test, feature = "parquet"))]
-impl Text {
+impl ChunkText {
     /// The CSV text of the columns.
     pub(crate) fn to_csv(&self) -> String {
         let line = |cells: Vec<&String>| {

@@ -19,7 +19,7 @@ use parquet::file::metadata::{ColumnChunkMetaData, ParquetMetaData, RowGroupMeta
 use parquet::file::reader::{ChunkReader, FileReader, SerializedFileReader};
 use parquet::schema::types::ColumnDescriptor;
 
-use super::{Cells, Place, TakesColumns};
+use super::{ColumnChunk, RandomAccess, TakesColumns};
 
 thread_local! {
     /// Whether this thread is in the library.
@@ -32,14 +32,14 @@ pub(super) fn catches_panics() -> bool {
 }
 
 /// Reads a file column by column within groups of rows. An error names the column and the group, counted from 0.
-pub(crate) fn read(place: Place, table: &mut dyn TakesColumns) -> Result<(), String> {
+pub(crate) fn read(place: RandomAccess, table: &mut dyn TakesColumns) -> Result<(), String> {
     let length = place.len().map_err(|error| error.to_string())?;
     let at = RefCell::default();
     // The library panics on some damaged files that `verify` does not detect. Their data is then discarded.
     CATCHES.set(true);
     let read = catch_unwind(AssertUnwindSafe(|| match place {
-        Place::Memory(bytes) => columns_of(Bytes::from(bytes), length, table, &at),
-        Place::File(file) => columns_of(file, length, table, &at),
+        RandomAccess::Memory(bytes) => columns_of(Bytes::from(bytes), length, table, &at),
+        RandomAccess::File(file) => columns_of(file, length, table, &at),
     }))
     .unwrap_or_else(|_| Err(damaged()));
     CATCHES.set(false);
@@ -113,7 +113,7 @@ fn columns_of<R: ChunkReader + 'static>(
     let Some(wanted) = table.begin(&names, n_rows, length) else { return Ok(()) };
     for (k, column) in schema.columns().iter().enumerate().filter(|(k, _)| wanted[*k]) {
         if let Some(what) = other(column) {
-            table.take(k, Cells::Other(what, n_rows));
+            table.take(k, ColumnChunk::Other(what, n_rows));
             continue;
         }
         for (group, n_rows) in groups.iter().enumerate() {
@@ -142,7 +142,7 @@ fn column_of(
     reader: ColumnReader,
     column: &ColumnDescriptor,
     n_rows: usize,
-    take: &mut dyn FnMut(Cells),
+    take: &mut dyn FnMut(ColumnChunk),
 ) -> Read<()> {
     let logical = logical_type(column);
     match reader {
@@ -188,7 +188,7 @@ fn column_of(
             take(texts(values, |value| String::from_utf8_lossy(value.data()).into_owned()));
         }),
         ColumnReader::FixedLenByteArrayColumnReader(_) => {
-            take(Cells::Other("binary data", n_rows));
+            take(ColumnChunk::Other("binary data", n_rows));
             Ok(())
         }
     }
@@ -241,12 +241,14 @@ fn batches<T: DataType>(
     Ok(())
 }
 
-fn numbers<T>(values: Vec<Option<T>>, number: impl Fn(T) -> f64) -> Cells {
-    Cells::Numbers(values.into_iter().map(|value| value.map_or(f64::NAN, &number)).collect())
+fn numbers<T>(values: Vec<Option<T>>, number: impl Fn(T) -> f64) -> ColumnChunk {
+    ColumnChunk::Numbers(values.into_iter().map(|value| value.map_or(f64::NAN, &number)).collect())
 }
 
-fn texts<T>(values: Vec<Option<T>>, text: impl Fn(T) -> String) -> Cells {
-    Cells::Texts(values.into_iter().map(|value| value.map(&text).unwrap_or_default()).collect())
+fn texts<T>(values: Vec<Option<T>>, text: impl Fn(T) -> String) -> ColumnChunk {
+    ColumnChunk::Texts(
+        values.into_iter().map(|value| value.map(&text).unwrap_or_default()).collect(),
+    )
 }
 
 /// An integer according to its column: signed or unsigned, or a decimal. `mask` is the largest unsigned integer of its
@@ -274,20 +276,20 @@ mod tests {
     use std::sync::Arc;
 
     use dgd_compiler::diagnostics::Diagnostics;
-    use dgd_compiler::source::Sources;
+    use dgd_compiler::source::SourceMap;
     use parquet::basic::Repetition;
     use parquet::data_type::{ByteArrayType, DoubleType, Int64Type};
     use parquet::file::writer::SerializedFileWriter;
     use parquet::schema::types::Type;
 
     use super::*;
-    use crate::parquet::{ParquetWriter, Text, written};
+    use crate::parquet::{ChunkText, ParquetWriter, written};
     use crate::read_from;
 
     /// The CSV text equivalent to a file.
     fn to_csv(file: Vec<u8>) -> Result<String, String> {
-        let mut text = Text::default();
-        let read = read(Place::Memory(file), &mut text);
+        let mut text = ChunkText::default();
+        let read = read(RandomAccess::Memory(file), &mut text);
         read.map(|()| text.to_csv())
     }
 
@@ -339,7 +341,7 @@ mod tests {
              1970-01-01T00:00:01.5Z,NaN,\n\
              1970-01-01T00:00:03Z,1583.7,c\n"
         );
-        let (mut sources, mut diagnostics) = (Sources::default(), Diagnostics::default());
+        let (mut sources, mut diagnostics) = (SourceMap::default(), Diagnostics::default());
         let table = read_from("a.parquet", file.as_slice(), &mut sources, &mut diagnostics)
             .expect("a recording");
         assert_eq!(table.time.as_deref(), Some([0.0, 0.5, 2.0].as_slice()));

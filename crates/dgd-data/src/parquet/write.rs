@@ -24,7 +24,7 @@ pub(crate) struct ParquetWriter<'a> {
     /// The current, incomplete line.
     line: Vec<u8>,
     in_quotes: bool,
-    columns: Vec<Column>,
+    columns: Vec<ChunkColumn>,
     /// Rows in the current group.
     rows: usize,
     /// Begun with the first group, whose cells determine the types of the columns. Its bytes are moved to `out`.
@@ -32,7 +32,7 @@ pub(crate) struct ParquetWriter<'a> {
 }
 
 #[derive(Default)]
-struct Column {
+struct ChunkColumn {
     name: String,
     is_text: bool,
     /// The group's cells, concatenated, and the end of each.
@@ -70,7 +70,7 @@ impl<'a> ParquetWriter<'a> {
         if self.columns.is_empty() {
             let column = |cell: Vec<u8>| {
                 let name = String::from_utf8_lossy(&cell).into_owned();
-                Column { name, ..Column::default() }
+                ChunkColumn { name, ..ChunkColumn::default() }
             };
             self.columns = cells.into_iter().map(column).collect();
             return Ok(());
@@ -111,8 +111,8 @@ impl<'a> ParquetWriter<'a> {
 }
 
 /// Begins a file with these columns.
-fn begin(columns: &[Column]) -> Result<SerializedFileWriter<Vec<u8>>> {
-    let field = |column: &Column| {
+fn begin(columns: &[ChunkColumn]) -> Result<SerializedFileWriter<Vec<u8>>> {
+    let field = |column: &ChunkColumn| {
         let (kind, logical) = if column.is_text {
             (Physical::BYTE_ARRAY, Some(LogicalType::String))
         } else {
@@ -133,7 +133,10 @@ fn begin(columns: &[Column]) -> Result<SerializedFileWriter<Vec<u8>>> {
 }
 
 /// Moves the cells of the columns to a group of rows.
-fn write_group(file: &mut SerializedFileWriter<Vec<u8>>, columns: &mut [Column]) -> Result<()> {
+fn write_group(
+    file: &mut SerializedFileWriter<Vec<u8>>,
+    columns: &mut [ChunkColumn],
+) -> Result<()> {
     let mut group = file.next_row_group()?;
     for column in columns {
         let chunk = group.next_column()?;
@@ -162,7 +165,7 @@ impl Write for ParquetWriter<'_> {
     }
 }
 
-impl Column {
+impl ChunkColumn {
     fn cells(&self) -> impl Iterator<Item = &[u8]> {
         ranges(&self.ends).map(|(start, end)| &self.cells[start..end])
     }

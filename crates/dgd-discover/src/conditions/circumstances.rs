@@ -1,11 +1,11 @@
 //! Quantities known during recordings: inputs, readings, and the fitted model's unknowns.
 
 use dgd_identify::Recording;
-use dgd_runtime::{Problem, Side, Solution, System, Unit, simulate};
+use dgd_runtime::{LimitSide, Problem, Solution, System, Unit, simulate};
 
-use super::condition::{Condition, condition, holds};
+use super::condition::{WindowCondition, condition, holds};
 use super::known::{KnownKind, KnownQuantity};
-use crate::fit::{Data, Fitted};
+use crate::fit::{FittedStructure, SearchData};
 use crate::library::is_weight;
 
 /// Maximum number of unknowns considered: models with more are grids, whose elements have no names of their own.
@@ -20,18 +20,18 @@ pub(crate) struct Circumstances {
 
 impl Circumstances {
     /// The known quantities of all training recordings.
-    pub(crate) fn new(fitted: &Fitted, data: &Data<'_>) -> Circumstances {
+    pub(crate) fn new(fitted: &FittedStructure, data: &SearchData<'_>) -> Circumstances {
         let times = data.train.iter().map(|recording| recording.times.clone()).collect();
         Circumstances { times, known: known_quantities(fitted, data) }
     }
 
     /// The condition that coincides with windows of each recording.
-    pub(crate) fn condition(&self, windows: &[Vec<[f64; 2]>]) -> Option<Condition> {
+    pub(crate) fn condition(&self, windows: &[Vec<[f64; 2]>]) -> Option<WindowCondition> {
         condition(&self.times, windows, &self.known)
     }
 
     /// Whether a condition holds at each sample of each recording.
-    pub(super) fn holds(&self, condition: &Condition) -> Option<Vec<Vec<bool>>> {
+    pub(super) fn holds(&self, condition: &WindowCondition) -> Option<Vec<Vec<bool>>> {
         let known = self.known.iter().find(|known| known.name == condition.quantity)?;
         holds(&self.times, condition, known)
     }
@@ -40,7 +40,7 @@ impl Circumstances {
 /// Inputs, measured outputs, and unknowns and modes of the fitted model in all training recordings.
 ///
 /// Unknowns with the name of a measured output are left out, as are unknowns of recordings that cannot be simulated.
-fn known_quantities(fitted: &Fitted, data: &Data<'_>) -> Vec<KnownQuantity> {
+fn known_quantities(fitted: &FittedStructure, data: &SearchData<'_>) -> Vec<KnownQuantity> {
     let system = &fitted.structure.system;
     let signature = system.signature();
     let mut quantities: Vec<KnownQuantity> = Vec::new();
@@ -94,7 +94,7 @@ fn known_quantities(fitted: &Fitted, data: &Data<'_>) -> Vec<KnownQuantity> {
     for (r, recording) in data.train.iter().enumerate() {
         let mut u = vec![0.0; recording.inputs.len()];
         for &t in &recording.times {
-            recording.inputs.value(t, Side::Right, &mut u);
+            recording.inputs.value(t, LimitSide::Right, &mut u);
             for (quantity, u) in quantities[..n_inputs].iter_mut().zip(&u) {
                 quantity.values[r].push(*u);
             }

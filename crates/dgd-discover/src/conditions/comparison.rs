@@ -1,7 +1,7 @@
 //! Compares known quantities with thresholds, and finds the threshold that best separates some cells from the rest.
 
 use super::condition::ConditionKind;
-use super::grid::{Grid, SHORTEST_SLOPE};
+use super::grid::{CellGrid, SHORTEST_SLOPE};
 use super::known::{KnownKind, KnownQuantity};
 
 /// Time spans of slopes, as fractions of the typical length of a window.
@@ -26,7 +26,11 @@ fn handicap(of: &KnownKind, kind: &ConditionKind) -> f64 {
 }
 
 /// All comparisons of known quantities.
-pub(super) fn comparisons(grid: &Grid, known: &[KnownQuantity], usual: f64) -> Vec<Comparison> {
+pub(super) fn comparisons(
+    grid: &CellGrid,
+    known: &[KnownQuantity],
+    usual: f64,
+) -> Vec<QuantityComparison> {
     let shortest = grid.begin.windows(2).map(|ends| ends[1] - ends[0]).min().unwrap_or(0);
     let mut lengths: Vec<usize> = SLOPE_LENGTHS
         .iter()
@@ -40,7 +44,7 @@ pub(super) fn comparisons(grid: &Grid, known: &[KnownQuantity], usual: f64) -> V
         let values = grid.gathered(quantity);
         let mut add = |kind: ConditionKind, over: Option<usize>, values: &[f64]| {
             let handicap = handicap(&quantity.kind, &kind);
-            comparisons.extend(Comparison::new(i, kind, over, values, handicap));
+            comparisons.extend(QuantityComparison::new(i, kind, over, values, handicap));
         };
         if let KnownKind::Mode(modes) = &quantity.kind {
             for (m, mode) in modes.iter().enumerate() {
@@ -64,7 +68,7 @@ pub(super) fn comparisons(grid: &Grid, known: &[KnownQuantity], usual: f64) -> V
 }
 
 /// A comparison of one quantity with thresholds.
-pub(super) struct Comparison {
+pub(super) struct QuantityComparison {
     /// Position of the quantity.
     pub(super) quantity: usize,
     pub(super) kind: ConditionKind,
@@ -84,13 +88,13 @@ pub(super) struct Comparison {
 
 /// The best split of time by a comparison.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Split {
+pub(super) struct ComparisonSplit {
     pub(super) threshold: f64,
     /// Balanced accuracy.
     pub(super) accuracy: f64,
 }
 
-impl Comparison {
+impl QuantityComparison {
     /// `None` if all values are equal.
     pub(super) fn new(
         quantity: usize,
@@ -98,7 +102,7 @@ impl Comparison {
         over: Option<usize>,
         values: &[f64],
         handicap: f64,
-    ) -> Option<Comparison> {
+    ) -> Option<QuantityComparison> {
         let mut sorted: Vec<f64> = values.iter().copied().filter(|x| x.is_finite()).collect();
         sorted.sort_unstable_by(f64::total_cmp);
         let is_below = matches!(kind, ConditionKind::Below | ConditionKind::Falling);
@@ -131,7 +135,7 @@ impl Comparison {
             count[*level] += 1;
         }
         let values = values.to_vec();
-        Some(Comparison {
+        Some(QuantityComparison {
             quantity,
             kind,
             over,
@@ -145,7 +149,7 @@ impl Comparison {
     }
 
     /// The split that agrees best with windows of these cells.
-    pub(super) fn best(&self, cells: &[usize]) -> Option<Split> {
+    pub(super) fn best(&self, cells: &[usize]) -> Option<ComparisonSplit> {
         let mut within = vec![0_u32; self.count.len()];
         for cell in cells {
             within[self.level[*cell]] += 1;
@@ -157,7 +161,7 @@ impl Comparison {
         let known_inside = cells.len() as u32 - within[within.len() - 1];
         let known: u32 = self.count[..self.count.len() - 1].iter().sum();
         let known_outside = known - known_inside;
-        let mut best: Option<Split> = None;
+        let mut best: Option<ComparisonSplit> = None;
         for (i, threshold) in self.thresholds.iter().enumerate() {
             inside += within[i];
             outside += self.count[i] - within[i];
@@ -170,14 +174,14 @@ impl Comparison {
             let specificity = 1.0 - f64::from(held_outside) / all_outside;
             let accuracy = 0.5 * (sensitivity + specificity);
             if best.is_none_or(|best| accuracy > best.accuracy) {
-                best = Some(Split { threshold: *threshold, accuracy });
+                best = Some(ComparisonSplit { threshold: *threshold, accuracy });
             }
         }
         best
     }
 
     /// The cells in which it holds.
-    pub(super) fn holds(&self, split: &Split) -> Vec<bool> {
+    pub(super) fn holds(&self, split: &ComparisonSplit) -> Vec<bool> {
         let holds = |x: &f64| {
             if self.is_below { *x < split.threshold } else { *x > split.threshold }
         };

@@ -30,13 +30,13 @@ use dgd_screen::noise::median;
 use rand_pcg::Pcg64;
 use rand_pcg::rand_core::Rng;
 
-use super::comparison::{Comparison, Split, comparisons};
-use super::grid::Grid;
+use super::comparison::{ComparisonSplit, QuantityComparison, comparisons};
+use super::grid::CellGrid;
 use super::known::{KnownKind, KnownQuantity};
 
 /// A condition that holds in the windows and rarely outside them.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Condition {
+pub struct WindowCondition {
     /// Name of the quantity.
     pub quantity: String,
     /// How the quantity is compared.
@@ -100,9 +100,9 @@ pub fn condition(
     times: &[Vec<f64>],
     windows: &[Vec<[f64; 2]>],
     known: &[KnownQuantity],
-) -> Option<Condition> {
+) -> Option<WindowCondition> {
     assert_eq!(times.len(), windows.len(), "windows of each recording");
-    let grid = Grid::new(times)?;
+    let grid = CellGrid::new(times)?;
     let inside = grid.inside(windows);
     let n_inside = inside.iter().filter(|inside| **inside).count();
     if n_inside < EPISODES || inside.len() - n_inside < EPISODES {
@@ -118,7 +118,7 @@ pub fn condition(
 
     let comparisons = comparisons(&grid, known, usual);
     let cells: Vec<usize> = (0..inside.len()).filter(|cell| inside[*cell]).collect();
-    let mut best: Vec<(f64, usize, Split)> = comparisons
+    let mut best: Vec<(f64, usize, ComparisonSplit)> = comparisons
         .iter()
         .enumerate()
         .filter_map(|(i, comparison)| {
@@ -143,7 +143,7 @@ pub fn condition(
             those.fold((0, 0), |(total, n), (holds, _)| (total + 1, n + usize::from(*holds)));
         f64::from(held as u32) / f64::from(total as u32)
     };
-    Some(Condition {
+    Some(WindowCondition {
         quantity: quantity.name.clone(),
         kind: comparison.kind.clone(),
         threshold: match comparison.kind {
@@ -163,10 +163,10 @@ pub fn condition(
 /// Whether a condition on a quantity holds at each sample of each recording.
 pub(super) fn holds(
     times: &[Vec<f64>],
-    condition: &Condition,
+    condition: &WindowCondition,
     known: &KnownQuantity,
 ) -> Option<Vec<Vec<bool>>> {
-    let grid = Grid::new(times)?;
+    let grid = CellGrid::new(times)?;
     let values = grid.gathered(known);
     let values = match condition.over {
         Some(over) => grid.slopes(&values, (over / grid.width).round() as usize),
@@ -190,7 +190,12 @@ pub(super) fn holds(
 }
 
 /// How often the best of all comparisons does as well with shifted windows; `None` if too often.
-fn p_value(grid: &Grid, cells: &[usize], all: &[Comparison], score: f64) -> Option<f64> {
+fn p_value(
+    grid: &CellGrid,
+    cells: &[usize],
+    all: &[QuantityComparison],
+    score: f64,
+) -> Option<f64> {
     let mut random = Pcg64::new(1, 5);
     let mut as_good = 1;
     let mut shifted = vec![0; cells.len()];

@@ -10,7 +10,7 @@ const CELLS: f64 = 2000.0;
 pub(super) const SHORTEST_SLOPE: usize = 4;
 
 /// Equal time cells of all recordings, one recording after the other.
-pub(super) struct Grid {
+pub(super) struct CellGrid {
     /// Length of a cell, s.
     pub(super) width: f64,
     /// Middle of each cell, s.
@@ -22,15 +22,15 @@ pub(super) struct Grid {
 }
 
 /// A run of neighbouring cells within windows.
-pub(super) struct Episode {
+pub(super) struct CellEpisode {
     pub(super) from: usize,
     pub(super) until: usize,
     /// Whether it begins and ends within its recording.
     pub(super) is_closed: bool,
 }
 
-impl Grid {
-    pub(super) fn new(times: &[Vec<f64>]) -> Option<Grid> {
+impl CellGrid {
+    pub(super) fn new(times: &[Vec<f64>]) -> Option<CellGrid> {
         let duration = |times: &Vec<f64>| Some(times.last()? - times.first()?);
         let total: f64 = times.iter().filter_map(duration).sum();
         let mut spacings: Vec<f64> = (times.iter().flat_map(|times| times.windows(2)))
@@ -48,7 +48,7 @@ impl Grid {
             middles.extend((0..end - start).map(|cell| first + cell as f64 * width));
             begin.push(end);
         }
-        Some(Grid { width, middles, begin, cell_of })
+        Some(CellGrid { width, middles, begin, cell_of })
     }
 
     pub(super) fn recording(&self, cell: usize) -> usize {
@@ -65,10 +65,10 @@ impl Grid {
         self.middles.iter().enumerate().map(within).collect()
     }
 
-    pub(super) fn episodes(&self, inside: &[bool]) -> Vec<Episode> {
+    pub(super) fn episodes(&self, inside: &[bool]) -> Vec<CellEpisode> {
         let of_recording = |ends: &[usize]| {
             let (first, end) = (ends[0], ends[1]);
-            let mut episodes: Vec<Episode> = Vec::new();
+            let mut episodes: Vec<CellEpisode> = Vec::new();
             for cell in (first..end).filter(|cell| inside[*cell]) {
                 let is_closed = |from: usize, until: usize| from > first && until < end;
                 match episodes.last_mut() {
@@ -76,7 +76,7 @@ impl Grid {
                         last.until = cell + 1;
                         last.is_closed = is_closed(last.from, last.until);
                     }
-                    _ => episodes.push(Episode {
+                    _ => episodes.push(CellEpisode {
                         from: cell,
                         until: cell + 1,
                         is_closed: is_closed(cell, cell + 1),
@@ -90,7 +90,7 @@ impl Grid {
 
     /// Number of closed episodes in which a condition sets in anew: it begins after the previous episode has ended, and
     /// holds in this one.
-    pub(super) fn comes_anew(&self, holds: &[bool], episodes: &[Episode]) -> usize {
+    pub(super) fn comes_anew(&self, holds: &[bool], episodes: &[CellEpisode]) -> usize {
         let mut since = 0;
         let mut number = 0;
         for episode in episodes {

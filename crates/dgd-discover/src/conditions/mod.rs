@@ -12,6 +12,6 @@ mod known;
 mod regime;
 
 pub(crate) use circumstances::Circumstances;
-pub use condition::{Condition, ConditionKind, condition};
+pub use condition::{ConditionKind, WindowCondition, condition};
 pub use known::{KnownKind, KnownQuantity};
-pub(crate) use regime::Regime;
+pub(crate) use regime::ConditionRegime;

@@ -14,9 +14,9 @@ use dgd_identify::Recording;
 use dgd_runtime::{Direction, System};
 
 use super::circumstances::Circumstances;
-use super::condition::Condition;
-use crate::fit::{Data, Fitted, StartPoint, chi_square};
-use crate::library::Values;
+use super::condition::WindowCondition;
+use crate::fit::{FittedStructure, SearchData, StartPoint, chi_square};
+use crate::library::CarriedValues;
 
 /// Fewest readings of a piece for each start value.
 const FEWEST: usize = 8;
@@ -25,24 +25,24 @@ const EVALUATIONS: usize = 60;
 
 /// A base model that explains the recordings except while a condition holds.
 #[derive(Debug, Clone)]
-pub(crate) struct Regime {
-    pub(crate) condition: Condition,
+pub(crate) struct ConditionRegime {
+    pub(crate) condition: WindowCondition,
     /// Mean squares of the residuals relative to the noise where the condition does not hold, and where it does.
     pub(crate) left: [f64; 2],
     /// The base model fitted to the pieces in which the condition does not hold.
-    pub(crate) outside: Fitted,
+    pub(crate) outside: FittedStructure,
 }
 
-impl Regime {
+impl ConditionRegime {
     /// The regime that a condition divides, if the base model explains the recordings outside it, but not inside, to
     /// within `explained` times the noise variance.
-    pub(crate) fn of(
-        condition: &Condition,
+    pub(crate) fn find(
+        condition: &WindowCondition,
         circumstances: &Circumstances,
-        fitted: &Fitted,
-        data: &Data<'_>,
+        fitted: &FittedStructure,
+        data: &SearchData<'_>,
         explained: f64,
-    ) -> Option<Regime> {
+    ) -> Option<ConditionRegime> {
         let holds = circumstances.holds(condition)?;
         let system = &fitted.structure.system;
         let unknowns = &system.signature().unknowns;
@@ -65,12 +65,13 @@ impl Regime {
         if outside.is_empty() || inside.is_empty() {
             return None;
         }
-        let fit = |train: &[Recording], valid: &[Recording], from: &Values| {
+        let fit = |train: &[Recording], valid: &[Recording], from: &CarriedValues| {
             let counts_from = vec![f64::NEG_INFINITY; valid.len()];
-            let data = Data { train, valid, counts_from, ..data.not_kept() };
+            let data = SearchData { train, valid, counts_from, ..data.not_kept() };
             let structure = fitted.structure.clone();
             let mut refitted =
-                Fitted::new(structure, from, &[StartPoint::default()], &data, EVALUATIONS).ok()?;
+                FittedStructure::new(structure, from, &[StartPoint::default()], &data, EVALUATIONS)
+                    .ok()?;
             refitted.hold_out(&data, EVALUATIONS);
             let squares = |residuals: Vec<Vec<Vec<f64>>>| {
                 let by_output = chi_square(&residuals, &data.noise);
@@ -82,11 +83,13 @@ impl Regime {
             let held_out = refitted.held_out_residuals(&data).map_or(f64::INFINITY, squares);
             Some((refitted, [left, held_out]))
         };
-        let from =
-            Values { starts: vec![BTreeMap::default(); outside.len()], ..fitted.values.clone() };
+        let from = CarriedValues {
+            starts: vec![BTreeMap::default(); outside.len()],
+            ..fitted.values.clone()
+        };
         let (outside, left) = fit(&outside, &inside, &from)?;
         let divides = left[0] <= explained && left[1] > explained.powi(2);
-        divides.then(|| Regime { condition: condition.clone(), left, outside })
+        divides.then(|| ConditionRegime { condition: condition.clone(), left, outside })
     }
 }
 

@@ -7,21 +7,21 @@ const KEPT: f64 = 0.3;
 
 /// The deadlines of a search.
 #[derive(Debug, Clone, Copy, Default)]
-pub(crate) struct Budget {
+pub(crate) struct SearchBudget {
     /// Deadlines of the search for names, and of that for places and formulas.
     ends: Option<[Instant; 2]>,
 }
 
-impl Budget {
+impl SearchBudget {
     /// Ends after this many seconds from now; `None` means no limit.
-    pub(crate) fn new(seconds: Option<f64>) -> Budget {
+    pub(crate) fn new(seconds: Option<f64>) -> SearchBudget {
         let ends = |all: f64| {
             // Without a budget no clock is read: WebAssembly has none.
             let now = Instant::now();
             let after = |seconds: f64| now.checked_add(Duration::try_from_secs_f64(seconds).ok()?);
             Some([after((1.0 - KEPT) * all)?, after(all)?])
         };
-        Budget { ends: seconds.and_then(ends) }
+        SearchBudget { ends: seconds.and_then(ends) }
     }
 
     /// Whether the time for the search for names is over.

@@ -11,19 +11,19 @@
 //!
 //! Source: Seber, Wild, Nonlinear Regression (1989), §6.2.
 
-use dgd_identify::{Estimate, Recording, outputs_with_sensitivities};
+use dgd_identify::{ParameterEstimate, Recording, outputs_with_sensitivities};
 use dgd_runtime::Direction;
 use dgd_runtime::System;
 use nalgebra::{DMatrix, SymmetricEigen};
 
-use super::data::Data;
-use super::fitted::Fitted;
+use super::data::SearchData;
+use super::fitted::FittedStructure;
 use dgd_screen::noise::SensorNoise;
 
-impl Fitted {
+impl FittedStructure {
     /// Updates the standard deviations of the estimates to the current noise, including its correlation. Those of fits
     /// are correct only for white noise.
-    pub(crate) fn know_correlations(&mut self, data: &Data<'_>) {
+    pub(crate) fn know_correlations(&mut self, data: &SearchData<'_>) {
         if data.noise.iter().flatten().all(|noise| noise.colour.is_none()) {
             return;
         }
@@ -41,12 +41,12 @@ impl Fitted {
             Direction::Parameter(i) => self.moments.contains(i),
             Direction::Start(_) => false,
         };
-        let is_fitted = |e: &Estimate| e.at_bound.is_none() && !is_moment(&e.of);
+        let is_fitted = |e: &ParameterEstimate| e.at_bound.is_none() && !is_moment(&e.of);
         (0..self.estimates.len()).filter(|place| is_fitted(&self.estimates[*place])).collect()
     }
 
     /// Covariance of [`Self::fitted_directions`]; `None` if the sensitivities are not available.
-    pub(crate) fn covariance(&self, data: &Data<'_>) -> Option<DMatrix<f64>> {
+    pub(crate) fn covariance(&self, data: &SearchData<'_>) -> Option<DMatrix<f64>> {
         let fitted = self.fitted_directions();
         let n = fitted.len();
         let system = &self.structure.system;
@@ -166,13 +166,13 @@ pub(crate) fn inverse(information: &DMatrix<f64>, rtol: f64) -> DMatrix<f64> {
 mod tests {
     use super::*;
     use dgd_runtime::Inputs;
-    use dgd_screen::noise::Colour;
+    use dgd_screen::noise::NoiseColour;
 
     #[test]
     fn products_with_the_covariance_are_those_of_its_matrix() {
         let times: Vec<f64> = (0..40).map(|k| f64::from(k) + 0.3 * f64::from(k % 3)).collect();
         let samples: Vec<usize> = (0..40).filter(|k| k % 7 != 3).collect();
-        let colour = Some(Colour { std: 1.5, memory: 6.0 });
+        let colour = Some(NoiseColour { std: 1.5, memory: 6.0 });
         let noise = SensorNoise { colour, ..SensorNoise::known(0.5) };
         let columns =
             DMatrix::from_fn(samples.len(), 2, |k, i| ((k + 1) as f64 * 0.3).sin() + i as f64);

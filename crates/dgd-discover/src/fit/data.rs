@@ -1,17 +1,17 @@
 //! The recordings with which structures are compared.
 
-use dgd_execute::Loaded;
+use dgd_execute::LoadedSystem;
 use dgd_identify::Recording;
 use dgd_runtime::{Method, Options, System};
 use dgd_screen::noise::SensorNoise;
 
-use super::budget::Budget;
+use super::budget::SearchBudget;
 use super::keeping::WorkJournal;
-use crate::library::Scales;
+use crate::library::OutputScales;
 
 /// Recordings and settings shared by all structures.
 #[derive(Debug, Clone)]
-pub(crate) struct Data<'a> {
+pub(crate) struct SearchData<'a> {
     /// Recordings to fit to.
     pub train: &'a [Recording],
     /// Validation recordings, of which only start values are fitted.
@@ -28,16 +28,16 @@ pub(crate) struct Data<'a> {
     /// parameters of a corrected model.
     pub own_weights: bool,
     /// The scales of the outputs of all structures and recordings.
-    pub scales: &'a Scales,
+    pub scales: &'a OutputScales,
     /// The time budget.
-    pub budget: Budget,
+    pub budget: SearchBudget,
     /// Earlier results, and progress.
     pub keeping: WorkJournal<'a>,
 }
 
-impl<'a> Data<'a> {
+impl<'a> SearchData<'a> {
     /// How to integrate a structure.
-    pub(crate) fn options_for(&self, system: &Loaded) -> Options {
+    pub(crate) fn options_for(&self, system: &LoadedSystem) -> Options {
         let is_explicit = || system.signature().unknowns.iter().all(|unknown| unknown.differential);
         let method = self.explicit.filter(|_| is_explicit()).unwrap_or(self.options.method);
         Options { method, ..self.options }
@@ -65,7 +65,7 @@ impl<'a> Data<'a> {
 
     /// These data for fits that are not stored: keys identify a structure by the positions of its candidates, and do
     /// not cover recordings other than the request's.
-    pub(crate) fn not_kept(&self) -> Data<'a> {
-        Data { keeping: WorkJournal::NONE, own_weights: false, ..self.clone() }
+    pub(crate) fn not_kept(&self) -> SearchData<'a> {
+        SearchData { keeping: WorkJournal::NONE, own_weights: false, ..self.clone() }
     }
 }

@@ -2,27 +2,30 @@
 
 use std::sync::OnceLock;
 
-use dgd_identify::{Estimate, Recording};
+use dgd_identify::{ParameterEstimate, Recording};
 use dgd_runtime::{Direction, Observations, Problem, System, observe, simulate};
 
-use super::data::Data;
-use super::fitted::{Fitted, NoFit};
-use crate::library::{Structure, Values};
+use super::data::SearchData;
+use super::fitted::{FittedStructure, NoFit};
+use crate::library::{CarriedValues, ModelStructure};
 
 /// Largest distance of an output from the readings' mean, in their spreads; how much further a simulation diverges does
 /// not matter.
 const FARTHEST: f64 = 1e3;
 
-impl Fitted {
+impl FittedStructure {
     /// A structure with the model's own values, simulated as far as it can be; from there on the last values are held.
     /// Nothing is fitted.
     ///
     /// # Errors
     ///
     /// [`NoFit`] if a recording cannot be begun.
-    pub(crate) fn diverging(structure: Structure, data: &Data<'_>) -> Result<Fitted, NoFit> {
+    pub(crate) fn diverging(
+        structure: ModelStructure,
+        data: &SearchData<'_>,
+    ) -> Result<FittedStructure, NoFit> {
         let system = &structure.system;
-        let p = Values::default().parameters(system);
+        let p = CarriedValues::default().parameters(system);
         let train: Vec<Observations> = (data.train.iter())
             .map(|recording| as_far_as_possible(&structure, &p, recording, data))
             .collect::<Result<_, _>>()?;
@@ -34,7 +37,7 @@ impl Fitted {
             }
             Direction::Start(_) => None,
         });
-        let estimates = parameters.map(|(name, i, of)| Estimate {
+        let estimates = parameters.map(|(name, i, of)| ParameterEstimate {
             name,
             of,
             recording: None,
@@ -44,8 +47,8 @@ impl Fitted {
         });
         let estimates = estimates.collect();
         let starts = vec![Vec::new(); data.train.len()];
-        let mut fitted = Fitted {
-            values: Values::of(system, &p, &starts),
+        let mut fitted = FittedStructure {
+            values: CarriedValues::collect(system, &p, &starts),
             structure,
             p,
             estimates,
@@ -64,10 +67,10 @@ impl Fitted {
 }
 
 fn as_far_as_possible(
-    structure: &Structure,
+    structure: &ModelStructure,
     p: &[f64],
     recording: &Recording,
-    data: &Data<'_>,
+    data: &SearchData<'_>,
 ) -> Result<Observations, NoFit> {
     let Recording { inputs, times, measured, start, .. } = recording;
     let problem = Problem { system: &structure.system, p, inputs, start };

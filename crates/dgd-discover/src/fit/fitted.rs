@@ -2,32 +2,32 @@
 
 use std::sync::OnceLock;
 
-use dgd_identify::journal::{Kept, kept};
+use dgd_identify::journal::{Journaled, kept};
 use dgd_identify::keep_by_fields;
 use dgd_identify::{
-    Estimate, EstimateError, Evaluation, Fit, Noise, NoiseCorrelation, OutputErrorProblem,
-    Recording, Starts, StoppingRule, counts_from, evaluate, fit,
+    EstimateError, Fit, NoiseCorrelation, NoiseSource, OutputErrorEvaluation, OutputErrorProblem,
+    ParameterEstimate, Recording, Starts, StoppingRule, counts_from, evaluate, fit,
 };
 use dgd_runtime::signature::Parameter;
 use dgd_runtime::{Observations, Signature, System};
 
-use super::data::Data;
-use super::moments::{Moments, cross, relocate_onsets, with_found_starts};
+use super::data::SearchData;
+use super::moments::{MovingMoments, cross, relocate_onsets, with_found_starts};
 use super::patience::{cannot_begin, is_cut_short, too_many_steps};
 use super::residuals::{runs_away, whitened_square};
 use super::start_point::StartPoint;
-use crate::library::{Structure, Values};
+use crate::library::{CarriedValues, ModelStructure};
 use dgd_screen::noise::SensorNoise;
 
 /// A fitted structure with its simulations of the data.
 #[derive(Debug, Clone)]
-pub(crate) struct Fitted {
-    pub structure: Structure,
+pub(crate) struct FittedStructure {
+    pub structure: ModelStructure,
     /// Parameters and start values.
-    pub values: Values,
+    pub values: CarriedValues,
     /// All parameters, SI.
     pub p: Vec<f64>,
-    pub estimates: Vec<Estimate>,
+    pub estimates: Vec<ParameterEstimate>,
     /// Positions among these of parameters that were moved from sample to sample rather than fitted.
     pub moments: Vec<usize>,
     /// Whether the fit converged.
@@ -47,10 +47,10 @@ pub(crate) struct Fitted {
 }
 
 /// The result of a fit, which takes long to compute.
-struct Ended {
+struct StoredFit {
     p: Vec<f64>,
     starts: Vec<Starts>,
-    estimates: Vec<Estimate>,
+    estimates: Vec<ParameterEstimate>,
     moments: Vec<usize>,
     is_converged: bool,
     is_cut_short: bool,
@@ -66,10 +66,10 @@ pub(crate) const VERY_STRONG: f64 = 10.0;
 /// Distance from a bound, in standard deviations, below which an estimate counts as at the bound.
 const AS_GOOD_AS_AT: f64 = 0.1;
 
-impl Fitted {
+impl FittedStructure {
     /// Whether a parameter is at a bound, or so near one that the recordings cannot distinguish the two, like the rate
     /// of a limit that is never reached.
-    pub(crate) fn is_at_bound(&self, estimate: &Estimate) -> bool {
+    pub(crate) fn is_at_bound(&self, estimate: &ParameterEstimate) -> bool {
         let parameters = &self.structure.system.signature().parameters;
         let declared = parameters.iter().find(|declared| *declared.name == *estimate.name);
         let distance = declared.map_or(f64::INFINITY, |Parameter { lower, upper, .. }| {
@@ -80,33 +80,33 @@ impl Fitted {
 
     /// Fits a structure from several points, and keeps the best; the first on a tie.
     pub(crate) fn new(
-        structure: Structure,
-        from: &Values,
+        structure: ModelStructure,
+        from: &CarriedValues,
         points: &[StartPoint],
-        data: &Data<'_>,
+        data: &SearchData<'_>,
         evaluations: usize,
-    ) -> Result<Fitted, NoFit> {
+    ) -> Result<FittedStructure, NoFit> {
         let key = data.keeping.key(&("fit", &structure.id), |digest| {
             digest
-                .of(from)
-                .of(&points)
-                .of(&data.noise)
-                .of(&data.options_for(&structure.system))
-                .of(&evaluations)
-                .of(&data.own_weights)
+                .debug(from)
+                .debug(&points)
+                .debug(&data.noise)
+                .debug(&data.options_for(&structure.system))
+                .debug(&evaluations)
+                .debug(&data.own_weights)
         });
         let ended = kept(data.keeping.journal, key, || {
-            Ended::new(&structure, from, points, data, evaluations)
+            StoredFit::new(&structure, from, points, data, evaluations)
         })?;
-        let Ended { p, starts, estimates, moments, is_converged, is_cut_short } = ended;
-        let values = Values::of(&structure.system, &p, &starts);
+        let StoredFit { p, starts, estimates, moments, is_converged, is_cut_short } = ended;
+        let values = CarriedValues::collect(&structure.system, &p, &starts);
         let recordings = with_starts(data.train, from, &structure);
         let problem = problem(&structure, &p, &recordings, data, evaluations);
-        let Evaluation { observations: train, .. } =
+        let OutputErrorEvaluation { observations: train, .. } =
             evaluate(&problem, &p, &starts).map_err(|error| NoFit(error.to_string()))?;
         let (error, valid) = ((0.0, 0), None);
         let (cancelling, foreseen) = (OnceLock::new(), OnceLock::new());
-        let mut fitted = Fitted {
+        let mut fitted = FittedStructure {
             structure,
             values,
             p,
@@ -125,28 +125,32 @@ impl Fitted {
     }
 
     /// The same structure, fitted again from where this fit ended.
-    pub(crate) fn continued(&self, data: &Data<'_>, evaluations: usize) -> Result<Fitted, NoFit> {
+    pub(crate) fn continued(
+        &self,
+        data: &SearchData<'_>,
+        evaluations: usize,
+    ) -> Result<FittedStructure, NoFit> {
         let points = [StartPoint::default()];
-        Fitted::new(self.structure.clone(), &self.values, &points, data, evaluations)
+        FittedStructure::new(self.structure.clone(), &self.values, &points, data, evaluations)
     }
 
     /// Recomputes the misfit with the current noise.
-    pub(crate) fn weigh(&mut self, data: &Data<'_>) {
+    pub(crate) fn weigh(&mut self, data: &SearchData<'_>) {
         self.error = whitened_square(data.train, &self.residuals(data), &data.noise);
         self.foreseen = OnceLock::new();
     }
 
     /// Simulates the validation recordings.
-    pub(crate) fn hold_out(&mut self, data: &Data<'_>, evaluations: usize) {
+    pub(crate) fn hold_out(&mut self, data: &SearchData<'_>, evaluations: usize) {
         self.valid = self.held_out(data, evaluations);
     }
 
     /// Times from which the validation recordings count.
-    pub(crate) fn counts_from(&self, data: &Data<'_>, evaluations: usize) -> Vec<f64> {
+    pub(crate) fn counts_from(&self, data: &SearchData<'_>, evaluations: usize) -> Vec<f64> {
         let problem = problem(&self.structure, &self.p, data.valid, data, evaluations);
         let key = data.keeping.key(&("counts from", &self.structure.id), |digest| {
             let options = data.options_for(&self.structure.system);
-            digest.of(&self.p).of(&data.noise).of(&options).of(&evaluations)
+            digest.debug(&self.p).debug(&data.noise).debug(&options).debug(&evaluations)
         });
         let correlations: Vec<NoiseCorrelation> = data
             .noise
@@ -174,13 +178,13 @@ impl Fitted {
     }
 
     /// Measured minus simulated, for each recording and output; NaN where nothing was measured.
-    pub(crate) fn residuals(&self, data: &Data<'_>) -> Vec<Vec<Vec<f64>>> {
+    pub(crate) fn residuals(&self, data: &SearchData<'_>) -> Vec<Vec<Vec<f64>>> {
         residuals(data.train, &self.train)
     }
 
     /// Whether its simulation diverges from a training recording, so that neither a linearisation around it nor a fit
     /// that begins there can locate what is missing.
-    pub(crate) fn runs_away(&self, data: &Data<'_>) -> bool {
+    pub(crate) fn runs_away(&self, data: &SearchData<'_>) -> bool {
         let residuals = self.residuals(data);
         let mut both = data.train.iter().zip(&residuals);
         both.any(|(recording, outputs)| {
@@ -190,12 +194,15 @@ impl Fitted {
     }
 
     /// Measured minus simulated in validation recordings, including the samples from which start values are estimated.
-    pub(crate) fn all_held_out_residuals(&self, data: &Data<'_>) -> Option<Vec<Vec<Vec<f64>>>> {
+    pub(crate) fn all_held_out_residuals(
+        &self,
+        data: &SearchData<'_>,
+    ) -> Option<Vec<Vec<Vec<f64>>>> {
         Some(residuals(data.valid, self.valid.as_ref()?))
     }
 
     /// [`Self::all_held_out_residuals`], with NaN at the samples from which start values are estimated.
-    pub(crate) fn held_out_residuals(&self, data: &Data<'_>) -> Option<Vec<Vec<Vec<f64>>>> {
+    pub(crate) fn held_out_residuals(&self, data: &SearchData<'_>) -> Option<Vec<Vec<Vec<f64>>>> {
         let mut residuals = self.all_held_out_residuals(data)?;
         for ((recording, from), outputs) in
             data.valid.iter().zip(&data.counts_from).zip(&mut residuals)
@@ -209,25 +216,25 @@ impl Fitted {
     }
 }
 
-impl Ended {
+impl StoredFit {
     /// Fits a structure from several points, and keeps the best; the first on a tie.
     fn new(
-        structure: &Structure,
-        from: &Values,
+        structure: &ModelStructure,
+        from: &CarriedValues,
         points: &[StartPoint],
-        data: &Data<'_>,
+        data: &SearchData<'_>,
         evaluations: usize,
-    ) -> Result<Ended, NoFit> {
+    ) -> Result<StoredFit, NoFit> {
         let system = &structure.system;
         let signature = system.signature();
-        let of_the_file = Values::default();
-        let begun = |from: &Values| with_starts(data.train, from, structure);
+        let of_the_file = CarriedValues::default();
+        let begun = |from: &CarriedValues| with_starts(data.train, from, structure);
         let [on, afresh] = [false, true].map(|is_afresh| {
             let from = if is_afresh { &of_the_file } else { from };
             let is_wanted = points.iter().any(|point| point.is_afresh == is_afresh);
             (from, if is_wanted { begun(from) } else { Vec::new() })
         });
-        let mut best: Option<(Fit, Moments)> = None;
+        let mut best: Option<(Fit, MovingMoments)> = None;
         let mut failure = None;
         for point in points {
             let (from, recordings) = if point.is_afresh { &afresh } else { &on };
@@ -272,19 +279,19 @@ impl Ended {
         let (is_converged, is_cut_short) = (fit.termination.is_converged(), is_cut_short(&fit));
         let moments = moments.parameters;
         let (p, starts) = (fit.p, fit.starts);
-        Ok(Ended { p, starts, estimates, moments, is_converged, is_cut_short })
+        Ok(StoredFit { p, starts, estimates, moments, is_converged, is_cut_short })
     }
 }
 
-keep_by_fields!(Ended { p, starts, estimates, moments, is_converged, is_cut_short });
+keep_by_fields!(StoredFit { p, starts, estimates, moments, is_converged, is_cut_short });
 
-impl Kept for NoFit {
+impl Journaled for NoFit {
     fn write(&self, bytes: &mut Vec<u8>) {
         self.0.write(bytes);
     }
 
     fn read(bytes: &mut &[u8]) -> Option<Self> {
-        Some(Self(Kept::read(bytes)?))
+        Some(Self(Journaled::read(bytes)?))
     }
 }
 
@@ -313,12 +320,12 @@ fn fitted(
     problem: &OutputErrorProblem<'_>,
     other: &[f64],
     held_at_first: &[String],
-    structure: &Structure,
+    structure: &ModelStructure,
     own_weights: bool,
-) -> Result<(Fit, Moments), EstimateError> {
+) -> Result<(Fit, MovingMoments), EstimateError> {
     let mut p = problem.p.to_vec();
     let starts: Vec<Starts> = problem.recordings.iter().map(|r| r.start.clone()).collect();
-    let moments = Moments::jumping(problem, &structure.onsets, &mut p, &starts);
+    let moments = MovingMoments::jumping(problem, &structure.onsets, &mut p, &starts);
     if other != problem.p {
         let mut other = other.to_vec();
         for &moment in &moments.parameters {
@@ -371,7 +378,7 @@ fn fitted(
     }
     if own_weights && best.termination.is_converged() {
         let recordings = with_found_starts(problem.recordings, &best.starts);
-        let estimated = |noise: &Option<Noise>| noise.map(|_| Noise::Estimated);
+        let estimated = |noise: &Option<NoiseSource>| noise.map(|_| NoiseSource::Estimated);
         let noise = problem.noise.iter().map(estimated).collect();
         let recordings = recordings.as_slice();
         best = fit(&OutputErrorProblem { p: &best.p, recordings, noise, free, ..problem.clone() })?;
@@ -401,7 +408,11 @@ fn correlation(noise: &SensorNoise) -> NoiseCorrelation {
 }
 
 /// Σ (e/σ)² of the training recordings with some values, without a fit; infinite if they cannot be simulated.
-pub(crate) fn cost_at(structure: &Structure, values: &Values, data: &Data<'_>) -> f64 {
+pub(crate) fn cost_at(
+    structure: &ModelStructure,
+    values: &CarriedValues,
+    data: &SearchData<'_>,
+) -> f64 {
     let system = &structure.system;
     let mut p = values.parameters(system);
     clip(&mut p, system.signature());
@@ -412,13 +423,13 @@ pub(crate) fn cost_at(structure: &Structure, values: &Values, data: &Data<'_>) -
 }
 
 pub(super) fn problem<'a>(
-    structure: &'a Structure,
+    structure: &'a ModelStructure,
     p: &'a [f64],
     recordings: &'a [Recording],
-    data: &Data<'_>,
+    data: &SearchData<'_>,
     evaluations: usize,
 ) -> OutputErrorProblem<'a> {
-    let known = |noise: &Option<SensorNoise>| noise.map(|noise| Noise::Known(noise.total()));
+    let known = |noise: &Option<SensorNoise>| noise.map(|noise| NoiseSource::Known(noise.total()));
     let noise = data.noise.iter().map(known).collect();
     let until_a_step = UNTIL_A_STEP * evaluations;
     let stopping = StoppingRule { evaluations, until_a_step, ..StoppingRule::default() };
@@ -430,8 +441,8 @@ pub(super) fn problem<'a>(
 /// The recordings with these start values as initial guesses.
 pub(crate) fn with_starts(
     recordings: &[Recording],
-    values: &Values,
-    structure: &Structure,
+    values: &CarriedValues,
+    structure: &ModelStructure,
 ) -> Vec<Recording> {
     let recordings = recordings.iter().enumerate();
     recordings

@@ -25,19 +25,19 @@ use dgd_screen::noise::SensorNoise;
 use nalgebra::DMatrix;
 
 use super::correlated::{inverse, with_covariance};
-use super::data::Data;
-use super::fitted::Fitted;
+use super::data::SearchData;
+use super::fitted::FittedStructure;
 use super::residuals::chi_square;
 
 /// Expected mean square of one output relative to the noise.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Foreseen {
+pub(crate) struct ExpectedError {
     mean: f64,
     /// Variance of the logarithm of the ratio.
     scatter: f64,
 }
 
-impl Foreseen {
+impl ExpectedError {
     /// Probability that a mean square is at least this large.
     fn tail(&self, mean_square: f64) -> f64 {
         let z = (mean_square / self.mean).ln() / self.scatter.sqrt();
@@ -48,7 +48,7 @@ impl Foreseen {
 
 /// Sums over the readings of an output in all recordings.
 #[derive(Debug, Clone)]
-struct Sums {
+struct ReadingSums {
     readings: usize,
     /// tr Jₓ S Jₓᵀ, and the terms of tr Σ² other than tr (G C Gᵀ)² and 2 tr (G C Gᵀ R).
     of_starts: f64,
@@ -58,12 +58,16 @@ struct Sums {
     correlated: DMatrix<f64>,
 }
 
-impl Fitted {
+impl FittedStructure {
     /// Probability of validation errors this large of each output if nothing is missing; `None` if not available.
-    pub(crate) fn held_out_chances(&self, data: &Data<'_>, evaluations: usize) -> Option<Vec<f64>> {
+    pub(crate) fn held_out_chances(
+        &self,
+        data: &SearchData<'_>,
+        evaluations: usize,
+    ) -> Option<Vec<f64>> {
         let foreseen = self.foreseen(data, evaluations)?;
         let squares = chi_square(&self.held_out_residuals(data)?, &data.noise);
-        let chance = |((sum, n), foreseen): (&(f64, usize), &Option<Foreseen>)| {
+        let chance = |((sum, n), foreseen): (&(f64, usize), &Option<ExpectedError>)| {
             foreseen.map_or(1.0, |foreseen| foreseen.tail(sum / *n as f64))
         };
         Some(squares.iter().zip(&foreseen).map(chance).collect())
@@ -71,7 +75,11 @@ impl Fitted {
 
     /// Expected mean square of validation errors of each output relative to the noise, if nothing is missing: more than
     /// one where parameters and start values are not known well enough; `None` if not available. Computed once.
-    pub(crate) fn foreseen_squares(&self, data: &Data<'_>, evaluations: usize) -> Option<&[f64]> {
+    pub(crate) fn foreseen_squares(
+        &self,
+        data: &SearchData<'_>,
+        evaluations: usize,
+    ) -> Option<&[f64]> {
         let computed = || {
             let foreseen = self.foreseen(data, evaluations)?;
             Some(foreseen.iter().map(|one| one.map_or(1.0, |one| one.mean.max(1.0))).collect())
@@ -80,7 +88,11 @@ impl Fitted {
     }
 
     /// The expectation for each output; `None` for outputs without a reading that counts.
-    fn foreseen(&self, data: &Data<'_>, evaluations: usize) -> Option<Vec<Option<Foreseen>>> {
+    fn foreseen(
+        &self,
+        data: &SearchData<'_>,
+        evaluations: usize,
+    ) -> Option<Vec<Option<ExpectedError>>> {
         let system = &self.structure.system;
         let directions = &system.signature().directions;
         let place = |of: &Direction| directions.iter().position(|direction| direction == of);
@@ -96,7 +108,7 @@ impl Fitted {
         let is_start = |j: &usize| matches!(directions[*j], Direction::Start(_));
         let starts: Vec<usize> = (0..directions.len()).filter(is_start).collect();
         let n_p = parameters.len();
-        let nothing = Sums {
+        let nothing = ReadingSums {
             readings: 0,
             of_starts: 0.0,
             squares: 0.0,
@@ -116,10 +128,11 @@ impl Fitted {
                 &data.options_for(system),
             )
             .ok()?;
-            let validation = Seen { recording, observations: &observations, counts_from: *from };
+            let validation =
+                ValidationRun { recording, observations: &observations, counts_from: *from };
             validation.add(data, &covariance, [&starts, &parameters], &mut sums);
         }
-        let foreseen = |((output, sums), noise): ((usize, &Sums), &Option<SensorNoise>)| {
+        let foreseen = |((output, sums), noise): ((usize, &ReadingSums), &Option<SensorNoise>)| {
             let noise = noise.as_ref().filter(|_| sums.readings > 0)?;
             let (n, variance) = (sums.readings as f64, noise.total().powi(2));
             let known = &covariance * &sums.of_parameters;
@@ -131,20 +144,20 @@ impl Fitted {
                 trained.fold((0, 0.0), |(n, sum), (m, one)| (n + m, sum + one));
             let of_training = of_noise / (readings as f64 * variance).powi(2);
             let scatter = 2.0 * squares / (trace * trace) + 2.0 * of_training;
-            Some(Foreseen { mean: trace / (n * variance), scatter })
+            Some(ExpectedError { mean: trace / (n * variance), scatter })
         };
         Some(sums.iter().enumerate().zip(&data.noise).map(foreseen).collect())
     }
 }
 
 /// A validation recording with the derivatives of its outputs.
-struct Seen<'a> {
+struct ValidationRun<'a> {
     recording: &'a Recording,
     observations: &'a Observations,
     counts_from: f64,
 }
 
-impl Seen<'_> {
+impl ValidationRun<'_> {
     /// Readings of an output that have derivatives, before the recording counts or from then on.
     fn readings(&self, output: usize, columns: &[&[usize]], later: bool) -> Vec<usize> {
         let Some(measured) = &self.recording.measured[output] else { return Vec::new() };
@@ -171,10 +184,10 @@ impl Seen<'_> {
     /// Adds the contributions of the recording's later readings to each output.
     fn add(
         &self,
-        data: &Data<'_>,
+        data: &SearchData<'_>,
         covariance: &DMatrix<f64>,
         columns: [&[usize]; 2],
-        sums: &mut [Sums],
+        sums: &mut [ReadingSums],
     ) {
         let [starts, parameters] = columns;
         let (n_x, n_p) = (starts.len(), parameters.len());

@@ -4,13 +4,13 @@
 //! end in the wrong minimum. So fits also begin at the states of training recordings from which the outputs continued
 //! alike.
 
-use dgd_execute::Loaded;
+use dgd_execute::LoadedSystem;
 use dgd_identify::journal::kept;
 use dgd_identify::{OutputErrorProblem, Recording, Starts, evaluate, fit_starts};
 use dgd_runtime::{Observations, Problem, Solution, System, simulate};
 
-use super::data::Data;
-use super::fitted::{Fitted, VERY_STRONG, problem};
+use super::data::SearchData;
+use super::fitted::{FittedStructure, VERY_STRONG, problem};
 use super::residuals::whitened_square;
 
 /// Number of readings that are compared between the beginning of a recording and the course of another.
@@ -21,11 +21,11 @@ const ALIKE: usize = 3;
 /// between them.
 const EVEN: f64 = VERY_STRONG;
 
-impl Fitted {
+impl FittedStructure {
     /// Outputs of the validation recordings; `None` if one cannot be simulated.
     pub(super) fn held_out(
         &self,
-        data: &Data<'_>,
+        data: &SearchData<'_>,
         evaluations: usize,
     ) -> Option<Vec<Observations>> {
         let starts = self.held_out_starts(data, evaluations)?;
@@ -36,14 +36,19 @@ impl Fitted {
     /// Start values of the validation recordings from their beginnings; `None` if one cannot be simulated.
     pub(crate) fn held_out_starts(
         &self,
-        data: &Data<'_>,
+        data: &SearchData<'_>,
         evaluations: usize,
     ) -> Option<Vec<Starts>> {
-        let Fitted { structure, p, values, .. } = self;
+        let FittedStructure { structure, p, values, .. } = self;
         let key = data.keeping.key(&("held out", &structure.id), |digest| {
             let options = data.options_for(&structure.system);
-            let with = digest.of(p).of(values).of(&data.noise).of(&options).of(&evaluations);
-            with.of(&data.counts_from)
+            let with = digest
+                .debug(p)
+                .debug(values)
+                .debug(&data.noise)
+                .debug(&options)
+                .debug(&evaluations);
+            with.debug(&data.counts_from)
         });
         kept(data.keeping.journal, key, || {
             let problem = problem(structure, p, data.valid, data, evaluations);
@@ -57,20 +62,20 @@ impl Fitted {
     }
 
     /// Σ ε² of the validation recordings; infinite if they cannot be simulated.
-    pub(crate) fn held_out_error(&self, data: &Data<'_>) -> f64 {
+    pub(crate) fn held_out_error(&self, data: &SearchData<'_>) -> f64 {
         let residuals = self.held_out_residuals(data);
         residuals.map_or(f64::INFINITY, |all| whitened_square(data.valid, &all, &data.noise).0)
     }
 
     /// Mean square of the residuals of the validation recordings relative to the noise; `None` without any.
-    pub(crate) fn held_out_square(&self, data: &Data<'_>) -> Option<f64> {
+    pub(crate) fn held_out_square(&self, data: &SearchData<'_>) -> Option<f64> {
         let residuals = self.held_out_residuals(data)?;
         let (sum, n) = whitened_square(data.valid, &residuals, &data.noise);
         (n > 0).then(|| sum / n as f64)
     }
 
     /// Whether fewer outputs are read than there are states.
-    pub(crate) fn has_hidden_states(&self, data: &Data<'_>) -> bool {
+    pub(crate) fn has_hidden_states(&self, data: &SearchData<'_>) -> bool {
         let states = self.structure.system.signature().unknowns.differential().count();
         data.noise.iter().flatten().count() < states
     }
@@ -81,7 +86,7 @@ impl Fitted {
         &self,
         problem: &OutputErrorProblem<'_>,
         plain: Option<&[Starts]>,
-        data: &Data<'_>,
+        data: &SearchData<'_>,
     ) -> Option<Vec<Starts>> {
         let courses = self.courses(data);
         let mut best_starts = Vec::with_capacity(data.valid.len());
@@ -118,7 +123,10 @@ impl Fitted {
     }
 
     /// Training recordings with their unknowns and outputs; without those that cannot be simulated.
-    fn courses<'a>(&'a self, data: &Data<'a>) -> Vec<(&'a Recording, Solution, &'a Observations)> {
+    fn courses<'a>(
+        &'a self,
+        data: &SearchData<'a>,
+    ) -> Vec<(&'a Recording, Solution, &'a Observations)> {
         let system = &self.structure.system;
         let options = data.options_for(system);
         let recordings = data.train.iter().zip(&self.train).enumerate();
@@ -134,7 +142,7 @@ impl Fitted {
 }
 
 /// The differential unknowns of a trajectory at a sample.
-pub(crate) fn states_at(system: &Loaded, trajectory: &Solution, k: usize) -> Starts {
+pub(crate) fn states_at(system: &LoadedSystem, trajectory: &Solution, k: usize) -> Starts {
     let states = system.signature().unknowns.differential();
     states.map(|i| (i, trajectory.y(k)[i])).collect()
 }
@@ -145,7 +153,7 @@ fn most_alike(
     head: &Recording,
     train: &Recording,
     outputs: &Observations,
-    data: &Data<'_>,
+    data: &SearchData<'_>,
 ) -> Vec<usize> {
     let n = head.times.len();
     let Some(begin) = head.times.first() else { return Vec::new() };

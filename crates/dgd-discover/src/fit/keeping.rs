@@ -6,14 +6,14 @@
 use std::fmt;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
-use dgd_identify::journal::{Digest, Forgetful, Journal};
-use dgd_identify::{Of, Progress, Unwatched, Watch};
+use dgd_identify::journal::{Digest, Journal, NoJournal};
+use dgd_identify::{Monitor, NoMonitor, Progress, Total};
 
 /// Where results are stored and progress is reported.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct WorkJournal<'a> {
     pub journal: &'a dyn Journal,
-    pub watch: &'a dyn Watch,
+    pub watch: &'a dyn Monitor,
     /// Digest of the request, with which all keys begin.
     pub request: Digest,
 }
@@ -21,7 +21,7 @@ pub(crate) struct WorkJournal<'a> {
 impl WorkJournal<'_> {
     /// Stores nothing and reports nothing: for fits that keys would not distinguish.
     pub(crate) const NONE: WorkJournal<'static> =
-        WorkJournal { journal: &Forgetful, watch: &Unwatched, request: Digest::EMPTY };
+        WorkJournal { journal: &NoJournal, watch: &NoMonitor, request: Digest::EMPTY };
 
     /// The key of the result `what`, computed from further arguments.
     pub(crate) fn key(
@@ -29,7 +29,7 @@ impl WorkJournal<'_> {
         what: &dyn fmt::Debug,
         arguments: impl FnOnce(Digest) -> Digest,
     ) -> u128 {
-        arguments(self.request.of(what)).value()
+        arguments(self.request.debug(what)).value()
     }
 
     /// Whether the run was cancelled.
@@ -38,25 +38,25 @@ impl WorkJournal<'_> {
     }
 
     /// A counter from zero to `all` that reports progress.
-    pub(crate) fn count(&self, what: &'static str, all: usize) -> Count<'_> {
-        let count = Count { watch: self.watch, what, all, done: AtomicUsize::new(0) };
+    pub(crate) fn count(&self, what: &'static str, all: usize) -> ProgressCounter<'_> {
+        let count = ProgressCounter { watch: self.watch, what, all, done: AtomicUsize::new(0) };
         count.more(0);
         count
     }
 }
 
 /// A counter of finished items.
-pub(crate) struct Count<'a> {
-    watch: &'a dyn Watch,
+pub(crate) struct ProgressCounter<'a> {
+    watch: &'a dyn Monitor,
     what: &'static str,
     all: usize,
     done: AtomicUsize,
 }
 
-impl Count<'_> {
+impl ProgressCounter<'_> {
     /// Adds `n` finished items.
     pub(crate) fn more(&self, n: usize) {
         let done = self.done.fetch_add(n, Ordering::Relaxed) + n;
-        self.watch.advanced(Progress { what: self.what, done, of: Of::Exactly(self.all) });
+        self.watch.advanced(Progress { what: self.what, done, of: Total::Exactly(self.all) });
     }
 }

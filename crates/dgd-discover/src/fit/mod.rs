@@ -1,6 +1,6 @@
 //! Fits structures: a structure, recordings and starting points in, estimates and residuals out.
 //!
-//! [`Data`] are the recordings with their noise, [`Fitted`] is a structure fitted to them. Expensive results are stored
+//! [`SearchData`] are the recordings with their noise, [`FittedStructure`] is a structure fitted to them. Expensive results are stored
 //! ([`WorkJournal`]), and simulations that take too long are abandoned ([`most_steps`]).
 
 mod budget;
@@ -19,15 +19,17 @@ mod ranking;
 mod residuals;
 mod start_point;
 
-pub(crate) use budget::Budget;
-pub(crate) use data::Data;
-pub(crate) use fitted::{Fitted, NoFit, VERY_STRONG, cost_at, with_starts};
+pub(crate) use budget::SearchBudget;
+pub(crate) use data::SearchData;
+pub(crate) use fitted::{FittedStructure, NoFit, VERY_STRONG, cost_at, with_starts};
 pub(crate) use held_out::states_at;
 pub(crate) use keeping::WorkJournal;
 pub(crate) use noise_levels::noise_levels;
 pub(crate) use patience::{most_steps, too_many_steps};
 pub(crate) use ranges::{period, ranges};
-pub(crate) use ranking::{Methods, methods_for_ranking, options_for_ranking, stepping_alike};
+pub(crate) use ranking::{
+    StructureMethods, methods_for_ranking, options_for_ranking, stepping_alike,
+};
 pub(crate) use residuals::{
     as_far_as_readings, chi_square, mean, slack, whitened, whitened_square,
 };

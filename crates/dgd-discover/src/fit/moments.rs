@@ -8,9 +8,10 @@
 //!   the data cannot locate t within (t_k, t_k+1): t̂ = (t_k + t_k+1)/2, σ = (t_k+1 − t_k)/√12
 //! ```
 
-use dgd_execute::Loaded;
+use dgd_execute::LoadedSystem;
 use dgd_identify::{
-    Estimate, Fit, Noise, OutputErrorProblem, Recording, Starts, TrialFailed, evaluate,
+    Fit, NoiseSource, OutputErrorProblem, ParameterEstimate, Recording, Starts, TrialFailed,
+    evaluate,
 };
 use dgd_runtime::Direction;
 use dgd_runtime::System;
@@ -21,14 +22,14 @@ const JUMP: f64 = 4.0;
 
 /// Moments that are moved sample by sample.
 #[derive(Debug, Clone)]
-pub(crate) struct Moments {
+pub(crate) struct MovingMoments {
     /// Sample times of all recordings, ascending.
     samples: Vec<f64>,
     /// Positions of the parameters.
     pub parameters: Vec<usize>,
 }
 
-impl Moments {
+impl MovingMoments {
     /// Those onsets, by position of the parameter, with which readings jump; each is moved to the middle of its
     /// interval.
     pub(crate) fn jumping(
@@ -36,12 +37,12 @@ impl Moments {
         onsets: &[usize],
         p: &mut [f64],
         starts: &[Starts],
-    ) -> Moments {
+    ) -> MovingMoments {
         let mut samples: Vec<f64> =
             problem.recordings.iter().flat_map(|recording| recording.times.clone()).collect();
         samples.sort_by(f64::total_cmp);
         samples.dedup();
-        let mut moments = Moments { samples, parameters: Vec::new() };
+        let mut moments = MovingMoments { samples, parameters: Vec::new() };
         for &parameter in onsets {
             if moments.jumps(problem, parameter, p, starts).unwrap_or(false) {
                 p[parameter] = moments.moved(p[parameter], 0);
@@ -66,7 +67,7 @@ impl Moments {
             (0..recording.times.len()).any(|k| {
                 let readings = here.w(k).iter().zip(there.w(k)).zip(&problem.noise);
                 readings.into_iter().any(|((here, there), noise)| match noise {
-                    Some(Noise::Known(sigma)) => (here - there).abs() > JUMP * sigma,
+                    Some(NoiseSource::Known(sigma)) => (here - there).abs() > JUMP * sigma,
                     _ => false,
                 })
             })
@@ -128,12 +129,12 @@ impl Moments {
     }
 
     /// The estimates of a fit and the moments, in the order of the model's parameters.
-    pub(crate) fn estimates(&self, system: &Loaded, fit: &Fit) -> Vec<Estimate> {
+    pub(crate) fn estimates(&self, system: &LoadedSystem, fit: &Fit) -> Vec<ParameterEstimate> {
         let mut estimates = fit.estimates.clone();
         for &parameter in &self.parameters {
             let value = fit.p[parameter];
-            let (before, after) = (self.at(value, 0), self.at(value, 1));
-            let estimate = Estimate {
+            let (before, after) = (self.last_before(value, 0), self.last_before(value, 1));
+            let estimate = ParameterEstimate {
                 name: system.signature().parameters[parameter].name.to_string(),
                 of: Direction::Parameter(parameter),
                 recording: None,
@@ -141,7 +142,7 @@ impl Moments {
                 std: Some((after - before) / 12.0_f64.sqrt()),
                 at_bound: None,
             };
-            let comes_before = |other: &Estimate| match other.of {
+            let comes_before = |other: &ParameterEstimate| match other.of {
                 Direction::Parameter(i) => i < parameter,
                 Direction::Start(_) => false,
             };
@@ -151,7 +152,7 @@ impl Moments {
     }
 
     /// The last sample before a time, or the one `later` samples after it.
-    fn at(&self, t: f64, later: usize) -> f64 {
+    fn last_before(&self, t: f64, later: usize) -> f64 {
         let k = self.samples.partition_point(|sample| *sample <= t).saturating_sub(1) + later;
         self.samples.get(k).or(self.samples.last()).copied().unwrap_or(t)
     }
@@ -170,7 +171,7 @@ const FARTHEST: i32 = 3;
 pub(crate) fn relocate_onsets(
     problem: &OutputErrorProblem<'_>,
     onsets: &[usize],
-    moments: &Moments,
+    moments: &MovingMoments,
     p: &mut [f64],
     starts: &[Starts],
 ) -> Result<bool, TrialFailed> {

@@ -4,7 +4,7 @@ use dgd_identify::Recording;
 use dgd_screen::noise::white_noise;
 use dgd_screen::normality::normal_quantile;
 
-use super::{Data, Fitted};
+use super::{FittedStructure, SearchData};
 
 /// Probability that outputs with the same noise in all recordings get different levels.
 const FALSE_ALARM: f64 = 1e-4;
@@ -17,7 +17,10 @@ const ALIKE: f64 = 1.5;
 ///
 /// It is the smaller of those of the readings and of the residuals of the base model. A recording that is too short for
 /// an estimate gets the mean.
-pub(crate) fn noise_levels(fitted: &Fitted, data: &Data<'_>) -> Option<Vec<Vec<f64>>> {
+pub(crate) fn noise_levels(
+    fitted: &FittedStructure,
+    data: &SearchData<'_>,
+) -> Option<Vec<Vec<f64>>> {
     let mut residuals = fitted.residuals(data);
     let held_out = fitted.all_held_out_residuals(data);
     let unknown = || data.valid.iter().map(|recording| vec![Vec::new(); recording.measured.len()]);

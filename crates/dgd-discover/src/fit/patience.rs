@@ -6,8 +6,8 @@
 use dgd_identify::{EstimateError, Fit, TrialFailed, TrialFailure};
 use dgd_runtime::{IntegrateError, Problem, simulate_with_sensitivities};
 
-use super::data::Data;
-use crate::library::{BaseModel, Refused, StructureId, Values};
+use super::data::SearchData;
+use crate::library::{BaseModel, CarriedValues, StructureError, StructureId};
 
 /// Limit on the steps of a simulation, in multiples of the steps of the model with its own values or of its samples,
 /// whichever are more. A visible period has at least two samples, and so forty steps.
@@ -15,9 +15,9 @@ const TIMES: f64 = 20.0;
 
 /// Maximum number of steps of a simulation of a recording. It is based on the model as written: a fit may have absorbed
 /// effects that the model lacks.
-pub(crate) fn most_steps(base: &BaseModel, data: &Data<'_>) -> Result<usize, Refused> {
+pub(crate) fn most_steps(base: &BaseModel, data: &SearchData<'_>) -> Result<usize, StructureError> {
     let system = &base.structure(&[], StructureId::BASE)?.system;
-    let p = &Values::default().parameters(system);
+    let p = &CarriedValues::default().parameters(system);
     let mut per_sample = 1.0_f64;
     for recording in data.train {
         let problem = Problem { system, p, inputs: &recording.inputs, start: &recording.start };

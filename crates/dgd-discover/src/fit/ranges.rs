@@ -2,16 +2,16 @@
 
 use std::f64::consts::TAU;
 
-use dgd_runtime::{Problem, Side, System, simulate};
+use dgd_runtime::{LimitSide, Problem, System, simulate};
 use dgd_screen::usual_spacing;
 
-use super::data::Data;
-use super::fitted::Fitted;
-use crate::library::Ranges;
+use super::data::SearchData;
+use super::fitted::FittedStructure;
+use crate::library::QuantityRanges;
 
 /// Minimum and maximum values in the first training recording: of measured outputs there, and of all other quantities
 /// in the fitted structure's simulation of it.
-pub(crate) fn ranges(fitted: &Fitted, data: &Data<'_>) -> Ranges {
+pub(crate) fn ranges(fitted: &FittedStructure, data: &SearchData<'_>) -> QuantityRanges {
     let system = &fitted.structure.system;
     let signature = system.signature();
     let (p, start) = (&fitted.p, fitted.values.starts(system, 0));
@@ -20,7 +20,7 @@ pub(crate) fn ranges(fitted: &Fitted, data: &Data<'_>) -> Ranges {
     let within = |values: &mut dyn Iterator<Item = f64>| {
         values.fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), v| (a.min(v), b.max(v)))
     };
-    let mut ranges = Ranges::new();
+    let mut ranges = QuantityRanges::new();
     // Measurements are better known than the model's outputs, which may be far off.
     for (i, output) in signature.outputs.iter().enumerate() {
         let measured = data.scales.readings(i, recording);
@@ -39,7 +39,7 @@ pub(crate) fn ranges(fitted: &Fitted, data: &Data<'_>) -> Ranges {
     for (i, input) in signature.inputs.iter().enumerate() {
         let mut u = vec![0.0; signature.inputs.len()];
         let mut value_at = |t: f64| {
-            recording.inputs.value(t, Side::Right, &mut u);
+            recording.inputs.value(t, LimitSide::Right, &mut u);
             u[i]
         };
         let (a, b) = within(&mut recording.times.iter().map(|t| value_at(*t)));
@@ -57,7 +57,7 @@ const MOST: usize = 2000;
 
 /// The strongest period, s, in the residuals of the first training recording, in units of the noise; `None` if the
 /// recording is too short.
-pub(crate) fn period(fitted: &Fitted, data: &Data<'_>) -> Option<f64> {
+pub(crate) fn period(fitted: &FittedStructure, data: &SearchData<'_>) -> Option<f64> {
     let times = &data.train.first()?.times;
     let (first, last) = (*times.first()?, *times.last()?);
     let duration = last - first;

@@ -4,8 +4,8 @@ use dgd_identify::Recording;
 use dgd_runtime::for_identify::{inputs_change_by_sample, stiffness};
 use dgd_runtime::{METHODS, Method, MethodKind, Options, Problem, Steps};
 
-use super::data::Data;
-use crate::library::{BaseModel, Refused, StructureId, Values};
+use super::data::SearchData;
+use crate::library::{BaseModel, CarriedValues, StructureError, StructureId};
 
 /// A tolerance fine enough to rank structures: no sensor is accurate to 1e-4 of its reading.
 const TOLERANCE: f64 = 1e-4;
@@ -17,7 +17,7 @@ const FAR_FROM_STIFF: f64 = 0.3;
 
 /// The methods with which structures are integrated.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Methods {
+pub(crate) struct StructureMethods {
     /// The method for all structures.
     pub general: &'static Method,
     /// The method for structures without algebraic unknowns, if another one is better there.
@@ -41,13 +41,13 @@ pub(crate) fn stepping_alike(options: Options) -> Options {
 /// far from stiff: structures may be stiffer than it is.
 pub(crate) fn methods_for_ranking<'a>(
     base: &BaseModel,
-    data: &Data<'a>,
-) -> Result<Methods, Refused> {
+    data: &SearchData<'a>,
+) -> Result<StructureMethods, StructureError> {
     let requested = data.options.method;
-    let as_it_is = Methods { general: requested, explicit: None };
+    let as_it_is = StructureMethods { general: requested, explicit: None };
     let MethodKind::Rosenbrock(_) = requested.kind else { return Ok(as_it_is) };
     let system = &base.structure(&[], StructureId::BASE)?.system;
-    let p = &Values::default().parameters(system);
+    let p = &CarriedValues::default().parameters(system);
     let problem_of =
         |one: &'a Recording| Problem { system, p, inputs: &one.inputs, start: &one.start };
     if !data.train.iter().all(|one| inputs_change_by_sample(&problem_of(one), &one.times)) {
@@ -67,5 +67,5 @@ pub(crate) fn methods_for_ranking<'a>(
             stiffness.is_some_and(|stiffness| stiffness < FAR_FROM_STIFF)
         })
     };
-    Ok(Methods { general, explicit: explicit.filter(is_far_from_stiff) })
+    Ok(StructureMethods { general, explicit: explicit.filter(is_far_from_stiff) })
 }

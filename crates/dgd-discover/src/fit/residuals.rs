@@ -4,7 +4,7 @@ use dgd_identify::Recording;
 use dgd_screen::noise::SensorNoise;
 use dgd_screen::normality::normal_quantile;
 
-use crate::noise::Whitener;
+use crate::noise::NoiseWhitener;
 
 /// Σ ε² and the number of samples, where ε are the residuals in units of the noise, with the noise's correlation
 /// removed.
@@ -26,7 +26,7 @@ pub(crate) fn whitened_square(
 /// Residuals of one output of a recording in units of its noise, with the noise's correlation removed; NaN where
 /// nothing was measured.
 pub(crate) fn whitened(recording: &Recording, errors: &[f64], noise: &SensorNoise) -> Vec<f64> {
-    let whitener = Whitener::new(&recording.times, |k| errors[k].is_finite(), noise);
+    let whitener = NoiseWhitener::new(&recording.times, |k| errors[k].is_finite(), noise);
     whitener.apply(errors.iter().copied())
 }
 

@@ -2,17 +2,17 @@
 
 /// A function of one quantity, as a factor after a coefficient.
 #[derive(Debug)]
-pub(crate) struct Form {
+pub(crate) struct FactorForm {
     /// The factor in the language, with `{}` for the name and `{b}` for the inner constant.
     pub text: &'static str,
     /// Its value for a quantity and an inner constant, SI.
     pub value: fn(f64, f64) -> f64,
     /// The inner constant, which has the unit of the quantity.
-    pub inner: Inner,
+    pub inner: FormConstant,
     /// Exponent of the quantity's unit in the factor: numerator and denominator.
     pub power: (i64, i64),
     /// Values for which it is defined.
-    pub domain: Domain,
+    pub domain: FormDomain,
     /// Complexity for a reader.
     pub complexity: u32,
     /// Whether it is tried in products of two.
@@ -21,16 +21,16 @@ pub(crate) struct Form {
     pub of_numbers: bool,
 }
 
-impl Form {
+impl FactorForm {
     /// Whether it divides by the quantity.
     pub(crate) fn divides(&self) -> bool {
         self.power.0 < 0 || self.text.starts_with('/')
     }
 }
 
-/// The inner constant of a [`Form`].
+/// The inner constant of a [`FactorForm`].
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum Inner {
+pub(crate) enum FormConstant {
     /// There is none.
     None,
     /// A size at which the form bends.
@@ -45,17 +45,17 @@ const PARTS: &[f64] = &[0.03, 0.1, 0.3, 1.0, 3.0];
 /// Number of equally filled parts of the values, between which thresholds are tried.
 const QUANTILES: usize = 20;
 
-impl Inner {
+impl FormConstant {
     /// Constants to try for values of the quantity.
     pub(crate) fn constants(self, values: &[f64]) -> Vec<f64> {
         let finite = values.iter().copied().filter(|x| x.is_finite());
         match self {
-            Inner::None => Vec::new(),
-            Inner::Parts => {
+            FormConstant::None => Vec::new(),
+            FormConstant::Parts => {
                 let size = finite.fold(0.0, |size: f64, x| size.max(x.abs()));
                 PARTS.iter().map(|part| part * size).filter(|constant| *constant > 0.0).collect()
             }
-            Inner::Thresholds => {
+            FormConstant::Thresholds => {
                 let mut sorted: Vec<f64> = finite.collect();
                 sorted.sort_by(f64::total_cmp);
                 let last = sorted.len().saturating_sub(1) as f64;
@@ -70,9 +70,9 @@ impl Inner {
     }
 }
 
-/// Values for which a [`Form`] is defined.
+/// Values for which a [`FactorForm`] is defined.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum Domain {
+pub(crate) enum FormDomain {
     /// Any values.
     All,
     /// Positive values, not close to zero.
@@ -84,7 +84,7 @@ pub(crate) enum Domain {
 /// Minimum distance from zero, as a fraction of the largest value, for forms that need one.
 const CLOSE: f64 = 0.05;
 
-impl Domain {
+impl FormDomain {
     /// Whether all values lie in it.
     pub(crate) fn holds(self, values: impl Iterator<Item = f64>) -> bool {
         let (mut least, mut most) = (f64::INFINITY, f64::NEG_INFINITY);
@@ -93,29 +93,29 @@ impl Domain {
         }
         let is_positive = least > CLOSE * most.abs();
         match self {
-            Domain::All => true,
-            Domain::Positive => is_positive,
-            Domain::OneSign => is_positive || -most > CLOSE * least.abs(),
+            FormDomain::All => true,
+            FormDomain::Positive => is_positive,
+            FormDomain::OneSign => is_positive || -most > CLOSE * least.abs(),
         }
     }
 }
 
 /// The plainest form, which supplies the defaults of the others.
-const PLAIN: Form = Form {
+const PLAIN: FactorForm = FactorForm {
     text: "*{}",
     value: |x, _| x,
-    inner: Inner::None,
+    inner: FormConstant::None,
     power: (1, 1),
-    domain: Domain::All,
+    domain: FormDomain::All,
     complexity: 1,
     in_products: false,
     of_numbers: false,
 };
 
 /// All forms; of equivalent ones, such as x² and x|x| for positive x, the first is used.
-pub(crate) static FORMS: [Form; 35] = [
-    Form { text: "*{}", value: |x, _| x, in_products: true, ..PLAIN },
-    Form {
+pub(crate) static FORMS: [FactorForm; 35] = [
+    FactorForm { text: "*{}", value: |x, _| x, in_products: true, ..PLAIN },
+    FactorForm {
         text: "*{}^2",
         value: |x, _| x * x,
         power: (2, 1),
@@ -123,7 +123,7 @@ pub(crate) static FORMS: [Form; 35] = [
         in_products: true,
         ..PLAIN
     },
-    Form {
+    FactorForm {
         text: "*{}*abs({})",
         value: |x, _| x * x.abs(),
         power: (2, 1),
@@ -131,131 +131,131 @@ pub(crate) static FORMS: [Form; 35] = [
         in_products: true,
         ..PLAIN
     },
-    Form {
+    FactorForm {
         text: "*sqrt({})",
         value: |x, _| x.sqrt(),
         power: (1, 2),
-        domain: Domain::Positive,
+        domain: FormDomain::Positive,
         complexity: 2,
         in_products: true,
         ..PLAIN
     },
-    Form {
+    FactorForm {
         text: "/{}",
         value: |x, _| x.recip(),
         power: (-1, 1),
-        domain: Domain::OneSign,
+        domain: FormDomain::OneSign,
         complexity: 2,
         in_products: true,
         ..PLAIN
     },
-    Form { text: "*abs({})", value: |x, _| x.abs(), complexity: 2, ..PLAIN },
-    Form { text: "*max({}, 0)", value: |x, _| x.max(0.0), complexity: 2, ..PLAIN },
-    Form { text: "*min({}, 0)", value: |x, _| x.min(0.0), complexity: 2, ..PLAIN },
-    Form {
+    FactorForm { text: "*abs({})", value: |x, _| x.abs(), complexity: 2, ..PLAIN },
+    FactorForm { text: "*max({}, 0)", value: |x, _| x.max(0.0), complexity: 2, ..PLAIN },
+    FactorForm { text: "*min({}, 0)", value: |x, _| x.min(0.0), complexity: 2, ..PLAIN },
+    FactorForm {
         text: "*sign({})*sqrt(abs({}))",
         value: |x, _| x.signum() * x.abs().sqrt(),
         power: (1, 2),
         complexity: 3,
         ..PLAIN
     },
-    Form {
+    FactorForm {
         text: "/{}^2",
         value: |x, _| (x * x).recip(),
         power: (-2, 1),
-        domain: Domain::OneSign,
+        domain: FormDomain::OneSign,
         complexity: 3,
         ..PLAIN
     },
-    Form {
+    FactorForm {
         text: "/sqrt({})",
         value: |x, _| x.sqrt().recip(),
         power: (-1, 2),
-        domain: Domain::Positive,
+        domain: FormDomain::Positive,
         complexity: 3,
         ..PLAIN
     },
-    Form { text: "*{}^3", value: |x, _| x * x * x, power: (3, 1), complexity: 3, ..PLAIN },
-    Form {
+    FactorForm { text: "*{}^3", value: |x, _| x * x * x, power: (3, 1), complexity: 3, ..PLAIN },
+    FactorForm {
         text: "*{}*sqrt(abs({}))",
         value: |x, _| x * x.abs().sqrt(),
         power: (3, 2),
         complexity: 3,
         ..PLAIN
     },
-    Form {
+    FactorForm {
         text: "*{}^(1/3)",
         value: |x, _| x.cbrt(),
         power: (1, 3),
-        domain: Domain::Positive,
+        domain: FormDomain::Positive,
         complexity: 3,
         ..PLAIN
     },
-    Form {
+    FactorForm {
         text: "*{}^(2/3)",
         value: |x, _| x.cbrt() * x.cbrt(),
         power: (2, 3),
-        domain: Domain::Positive,
+        domain: FormDomain::Positive,
         complexity: 3,
         ..PLAIN
     },
-    Form {
+    FactorForm {
         text: "/{}^(3/2)",
         value: |x, _| (x * x.sqrt()).recip(),
         power: (-3, 2),
-        domain: Domain::Positive,
+        domain: FormDomain::Positive,
         complexity: 4,
         ..PLAIN
     },
-    Form {
+    FactorForm {
         text: "*{}/({b} + abs({}))",
         value: |x, b| x / (b + x.abs()),
-        inner: Inner::Parts,
+        inner: FormConstant::Parts,
         power: (0, 1),
         complexity: 4,
         ..PLAIN
     },
-    Form {
+    FactorForm {
         text: "/({b} + abs({}))",
         value: |x, b| (b + x.abs()).recip(),
-        inner: Inner::Parts,
+        inner: FormConstant::Parts,
         power: (-1, 1),
         complexity: 5,
         ..PLAIN
     },
-    Form {
+    FactorForm {
         text: "*tanh({}/{b})",
         value: |x, b| (x / b).tanh(),
-        inner: Inner::Parts,
+        inner: FormConstant::Parts,
         power: (0, 1),
         complexity: 4,
         ..PLAIN
     },
-    Form {
+    FactorForm {
         text: "*exp({}/{b})",
         value: |x, b| (x / b).exp(),
-        inner: Inner::Parts,
+        inner: FormConstant::Parts,
         power: (0, 1),
         complexity: 4,
         ..PLAIN
     },
-    Form {
+    FactorForm {
         text: "*exp(-{}/{b})",
         value: |x, b| (-x / b).exp(),
-        inner: Inner::Parts,
+        inner: FormConstant::Parts,
         power: (0, 1),
         complexity: 4,
         ..PLAIN
     },
-    Form {
+    FactorForm {
         text: "*{}^2/({b}^2 + {}^2)",
         value: |x, b| x * x / (b * b + x * x),
-        inner: Inner::Parts,
+        inner: FormConstant::Parts,
         power: (0, 1),
         complexity: 5,
         ..PLAIN
     },
-    Form {
+    FactorForm {
         text: "*sin({})",
         value: |x, _| x.sin(),
         power: (0, 1),
@@ -264,7 +264,7 @@ pub(crate) static FORMS: [Form; 35] = [
         of_numbers: true,
         ..PLAIN
     },
-    Form {
+    FactorForm {
         text: "*cos({})",
         value: |x, _| x.cos(),
         power: (0, 1),
@@ -273,17 +273,17 @@ pub(crate) static FORMS: [Form; 35] = [
         of_numbers: true,
         ..PLAIN
     },
-    Form {
+    FactorForm {
         text: "*log({})",
         value: |x, _| x.ln(),
         power: (0, 1),
-        domain: Domain::Positive,
+        domain: FormDomain::Positive,
         complexity: 2,
         in_products: true,
         of_numbers: true,
         ..PLAIN
     },
-    Form {
+    FactorForm {
         text: "*exp(-{})",
         value: |x, _| (-x).exp(),
         power: (0, 1),
@@ -292,7 +292,7 @@ pub(crate) static FORMS: [Form; 35] = [
         of_numbers: true,
         ..PLAIN
     },
-    Form {
+    FactorForm {
         text: "*exp({})",
         value: |x, _| x.exp(),
         power: (0, 1),
@@ -301,7 +301,7 @@ pub(crate) static FORMS: [Form; 35] = [
         of_numbers: true,
         ..PLAIN
     },
-    Form {
+    FactorForm {
         text: "/tan({})",
         value: |x, _| x.tan().recip(),
         power: (0, 1),
@@ -310,7 +310,7 @@ pub(crate) static FORMS: [Form; 35] = [
         of_numbers: true,
         ..PLAIN
     },
-    Form {
+    FactorForm {
         text: "*tan({})",
         value: |x, _| x.tan(),
         power: (0, 1),
@@ -319,7 +319,7 @@ pub(crate) static FORMS: [Form; 35] = [
         of_numbers: true,
         ..PLAIN
     },
-    Form {
+    FactorForm {
         text: "*sin({})^2",
         value: |x, _| x.sin() * x.sin(),
         power: (0, 1),
@@ -328,7 +328,7 @@ pub(crate) static FORMS: [Form; 35] = [
         of_numbers: true,
         ..PLAIN
     },
-    Form {
+    FactorForm {
         text: "*cos({})^2",
         value: |x, _| x.cos() * x.cos(),
         power: (0, 1),
@@ -337,32 +337,32 @@ pub(crate) static FORMS: [Form; 35] = [
         of_numbers: true,
         ..PLAIN
     },
-    Form {
+    FactorForm {
         text: "*max({} - {b}, 0)",
         value: |x, b| (x - b).max(0.0),
-        inner: Inner::Thresholds,
+        inner: FormConstant::Thresholds,
         complexity: 4,
         ..PLAIN
     },
-    Form {
+    FactorForm {
         text: "*min({} - {b}, 0)",
         value: |x, b| (x - b).min(0.0),
-        inner: Inner::Thresholds,
+        inner: FormConstant::Thresholds,
         complexity: 4,
         ..PLAIN
     },
-    Form {
+    FactorForm {
         text: "*(if {} > {b} then 1 else 0)",
         value: |x, b| f64::from(x > b),
-        inner: Inner::Thresholds,
+        inner: FormConstant::Thresholds,
         power: (0, 1),
         complexity: 4,
         ..PLAIN
     },
-    Form {
+    FactorForm {
         text: "*(if {} < {b} then 1 else 0)",
         value: |x, b| f64::from(x < b),
-        inner: Inner::Thresholds,
+        inner: FormConstant::Thresholds,
         power: (0, 1),
         complexity: 4,
         ..PLAIN
@@ -377,13 +377,13 @@ pub(crate) fn position(text: &str) -> usize {
 
 #[cfg(test)]
 mod tests {
-    use super::{Domain, FORMS};
+    use super::{FORMS, FormDomain};
 
     #[test]
     fn values_go_with_the_power_of_their_unit() {
         for form in FORMS.iter().filter(|form| !form.of_numbers) {
             for x in [0.7, -0.7] {
-                if form.domain == Domain::Positive && x < 0.0 {
+                if form.domain == FormDomain::Positive && x < 0.0 {
                     continue;
                 }
                 let (n, d) = form.power;
@@ -396,9 +396,9 @@ mod tests {
 
     #[test]
     fn a_quantity_that_comes_close_to_zero_divides_nothing() {
-        assert!(Domain::OneSign.holds([-1.0, -3.0].into_iter()));
-        assert!(!Domain::OneSign.holds([-0.1, -3.0].into_iter()));
-        assert!(!Domain::OneSign.holds([1.0, -3.0].into_iter()));
-        assert!(!Domain::Positive.holds([-1.0, -3.0].into_iter()));
+        assert!(FormDomain::OneSign.holds([-1.0, -3.0].into_iter()));
+        assert!(!FormDomain::OneSign.holds([-0.1, -3.0].into_iter()));
+        assert!(!FormDomain::OneSign.holds([1.0, -3.0].into_iter()));
+        assert!(!FormDomain::Positive.holds([-1.0, -3.0].into_iter()));
     }
 }

@@ -3,14 +3,14 @@
 use std::collections::BTreeSet;
 use std::fmt::Write;
 
-use dgd_compiler::model::{Declared, Model};
+use dgd_compiler::model::{DeclarationHeader, Model};
 use dgd_compiler::units::{Dimension, Exponent, Unit, describe, parse_unit};
 
-use super::forms::{FORMS, Form, Inner};
+use super::forms::{FORMS, FactorForm, FormConstant};
 
 /// A name of the model that a formula may contain.
 #[derive(Debug, Clone)]
-pub(crate) struct Factor {
+pub(crate) struct FormulaFactor {
     pub name: String,
     /// The unit of its differences.
     pub unit: Unit,
@@ -20,17 +20,17 @@ pub(crate) struct Factor {
 
 /// Names that a formula may contain: inputs, time, unknowns, then the differences of those that have the same
 /// dimension. Dimensionless names have no differences.
-pub(crate) fn names(model: &Model) -> Vec<Factor> {
-    let factor = |declared: &Declared| Factor {
+pub(crate) fn names(model: &Model) -> Vec<FormulaFactor> {
+    let factor = |declared: &DeclarationHeader| FormulaFactor {
         name: declared.name.clone(),
         unit: declared.unit.of_differences(),
         difference: None,
     };
     let second = parse_unit("s").unwrap_or_else(|_| Unit::one());
-    let time = Factor { name: "time".to_owned(), unit: second, difference: None };
+    let time = FormulaFactor { name: "time".to_owned(), unit: second, difference: None };
     let inputs = model.inputs.iter().map(|input| factor(&input.declared));
     let unknowns = model.unknowns.iter().map(|unknown| factor(&unknown.declared));
-    let mut factors: Vec<Factor> = inputs.chain([time]).chain(unknowns).collect();
+    let mut factors: Vec<FormulaFactor> = inputs.chain([time]).chain(unknowns).collect();
     let time = model.inputs.len();
     let plain = factors.len();
     // An unknown first: a loss is due to the difference of a state from its surroundings.
@@ -41,14 +41,14 @@ pub(crate) fn names(model: &Model) -> Vec<Factor> {
         if is_plain && dimension != Dimension::ONE && dimension == b.unit.dimension {
             let name = format!("({} - {})", a.name, b.name);
             let unit = a.unit.clone();
-            factors.push(Factor { name, unit, difference: Some([i, j]) });
+            factors.push(FormulaFactor { name, unit, difference: Some([i, j]) });
         }
     }
     factors
 }
 
 /// Appends the values of differences to those of the names.
-pub(crate) fn with_differences(names: &[Factor], values: &mut Vec<Vec<f64>>) {
+pub(crate) fn with_differences(names: &[FormulaFactor], values: &mut Vec<Vec<f64>>) {
     for [i, j] in names.iter().filter_map(|name| name.difference) {
         let difference = values[i].iter().zip(&values[j]).map(|(a, b)| a - b).collect();
         values.push(difference);
@@ -57,20 +57,20 @@ pub(crate) fn with_differences(names: &[Factor], values: &mut Vec<Vec<f64>>) {
 
 /// The factors after a coefficient: forms of at most two names, none for a constant.
 #[derive(Debug, Clone, PartialEq)]
-pub(crate) struct Shape {
+pub(crate) struct FormulaShape {
     /// For each factor, the positions of the name and of its form in the table.
     pub factors: Vec<(usize, usize)>,
     /// Inner constant of a single factor, SI, if its form has one.
     pub inner: Option<f64>,
 }
 
-impl Shape {
+impl FormulaShape {
     /// A shape of some names, without an inner constant.
     pub(crate) fn new(factors: Vec<(usize, usize)>) -> Self {
-        Shape { factors, inner: None }
+        FormulaShape { factors, inner: None }
     }
 
-    pub(crate) fn forms(&self) -> impl Iterator<Item = (usize, &'static Form)> {
+    pub(crate) fn forms(&self) -> impl Iterator<Item = (usize, &'static FactorForm)> {
         self.factors.iter().map(|(name, form)| (*name, &FORMS[*form]))
     }
 
@@ -79,7 +79,7 @@ impl Shape {
     }
 
     /// Positions of the model's names that it reads.
-    pub(crate) fn reads(&self, names: &[Factor]) -> BTreeSet<usize> {
+    pub(crate) fn reads(&self, names: &[FormulaFactor]) -> BTreeSet<usize> {
         let plain = |(name, _): (usize, _)| match names[name].difference {
             Some(both) => both.to_vec(),
             None => vec![name],
@@ -89,7 +89,7 @@ impl Shape {
 
     /// Whether its inner constant is a threshold.
     pub(crate) fn has_threshold(&self) -> bool {
-        self.forms().any(|(_, form)| form.inner == Inner::Thresholds)
+        self.forms().any(|(_, form)| form.inner == FormConstant::Thresholds)
     }
 
     /// The shape without one of several factors.
@@ -99,7 +99,7 @@ impl Shape {
         }
         let mut factors = self.factors.clone();
         let (_, form) = factors.remove(factor);
-        let is_plain = FORMS[form].inner == Inner::None;
+        let is_plain = FORMS[form].inner == FormConstant::None;
         Some(Self { factors, inner: self.inner.filter(|_| is_plain) }.in_order())
     }
 
@@ -117,10 +117,10 @@ impl Shape {
         for (k, (name, form)) in self.factors.iter().enumerate() {
             let current = &FORMS[*form];
             for (position, plain) in FORMS.iter().enumerate() {
-                if plain.inner == Inner::None && plain.complexity < current.complexity {
+                if plain.inner == FormConstant::None && plain.complexity < current.complexity {
                     let mut factors = self.factors.clone();
                     factors[k] = (*name, position);
-                    let inner = self.inner.filter(|_| current.inner == Inner::None);
+                    let inner = self.inner.filter(|_| current.inner == FormConstant::None);
                     shapes.push(Self { factors, inner }.in_order());
                 }
             }
@@ -135,13 +135,13 @@ impl Shape {
     }
 
     /// Unit of its inner constant: that of its quantity.
-    pub(crate) fn inner_unit<'a>(&self, names: &'a [Factor]) -> Option<&'a Unit> {
+    pub(crate) fn inner_unit<'a>(&self, names: &'a [FormulaFactor]) -> Option<&'a Unit> {
         self.inner?;
         self.factors.first().map(|(name, _)| &names[*name].unit)
     }
 
     /// Text after a coefficient: ` * q_ssp*abs(q_ssp)`, empty for a constant; an inner constant is written as a number.
-    pub(crate) fn text(&self, names: &[Factor]) -> String {
+    pub(crate) fn text(&self, names: &[FormulaFactor]) -> String {
         let inner = self.inner_unit(names).zip(self.inner).map(|(unit, inner)| {
             let symbol =
                 if unit.symbol == "1" { String::new() } else { format!(" [{}]", unit.symbol) };
@@ -151,7 +151,7 @@ impl Shape {
     }
 
     /// [`Self::text`] with the inner constant written as `inner`.
-    pub(crate) fn text_with(&self, names: &[Factor], inner: &str) -> String {
+    pub(crate) fn text_with(&self, names: &[FormulaFactor], inner: &str) -> String {
         let factors = self
             .forms()
             .map(|(name, form)| form.text.replace("{}", &names[name].name).replace("{b}", inner));
@@ -163,7 +163,7 @@ impl Shape {
     }
 
     /// Its dimension; `None` if that is out of range.
-    pub(crate) fn dimension(&self, names: &[Factor]) -> Option<Dimension> {
+    pub(crate) fn dimension(&self, names: &[FormulaFactor]) -> Option<Dimension> {
         self.forms().try_fold(Dimension::ONE, |all, (name, form)| {
             let (numerator, denominator) = form.power;
             let power = Exponent::new(numerator, denominator)?;
@@ -172,12 +172,21 @@ impl Shape {
     }
 
     /// Dimension of its coefficient if the product has the dimension `whole`.
-    pub(crate) fn coefficient(&self, names: &[Factor], whole: Dimension) -> Option<Dimension> {
-        whole.over(self.dimension(names)?)
+    pub(crate) fn coefficient(
+        &self,
+        names: &[FormulaFactor],
+        whole: Dimension,
+    ) -> Option<Dimension> {
+        whole.divide(self.dimension(names)?)
     }
 
     /// A unit of that dimension: a parameter's, or one composed of the declared units of the names.
-    pub(crate) fn unit(&self, names: &[Factor], whole: &Unit, model: &Model) -> Option<Unit> {
+    pub(crate) fn unit(
+        &self,
+        names: &[FormulaFactor],
+        whole: &Unit,
+        model: &Model,
+    ) -> Option<Unit> {
         let dimension = self.coefficient(names, whole.dimension)?;
         if dimension == Dimension::ONE {
             return Some(Unit::one());
@@ -198,7 +207,7 @@ impl Shape {
     }
 
     /// The unit of the whole divided by those of the factors, `bar/(lpm)^2`.
-    fn composed(&self, names: &[Factor], whole: &Unit) -> String {
+    fn composed(&self, names: &[FormulaFactor], whole: &Unit) -> String {
         let (mut above, mut below) = (vec![in_product(&whole.symbol)], Vec::new());
         for (name, form) in self.forms() {
             let unit = &names[name].unit;
@@ -235,7 +244,7 @@ fn in_product(symbol: &str) -> String {
 const DIGITS: usize = 4;
 
 /// One expression of coefficients, SI, each with its unit and its shape.
-pub(crate) fn formula(terms: &[(f64, &Unit, &Shape)], names: &[Factor]) -> String {
+pub(crate) fn formula(terms: &[(f64, &Unit, &FormulaShape)], names: &[FormulaFactor]) -> String {
     let mut text = String::new();
     for (i, (coefficient, unit, shape)) in terms.iter().enumerate() {
         let value = coefficient / unit.factor;
@@ -267,9 +276,9 @@ mod tests {
     use super::*;
     use crate::guess::forms::position;
 
-    fn names() -> Vec<Factor> {
+    fn names() -> Vec<FormulaFactor> {
         [("q", "lpm"), ("h", "m"), ("w", "m/s")]
-            .map(|(name, unit)| Factor {
+            .map(|(name, unit)| FormulaFactor {
                 name: name.to_owned(),
                 unit: parse_unit(unit).expect("a unit"),
                 difference: None,
@@ -289,7 +298,7 @@ mod tests {
             (vec![(1, position("/{}"))], "bar*m", " / h"),
             (vec![], "bar", ""),
         ] {
-            let shape = Shape::new(factors);
+            let shape = FormulaShape::new(factors);
             assert_eq!(shape.text(&names), text);
             let unit = shape.unit(&names, &bar, &model).expect("a unit");
             if expected.contains("bar*m/") {
@@ -307,7 +316,8 @@ mod tests {
         let names = names();
         let per = parse_unit("m/lpm").expect("a unit");
         let metre = parse_unit("m").expect("a unit");
-        let (flow, one) = (Shape::new(vec![(0, position("*{}"))]), Shape::new(Vec::new()));
+        let (flow, one) =
+            (FormulaShape::new(vec![(0, position("*{}"))]), FormulaShape::new(Vec::new()));
         let terms = [(-0.012_345_6 * per.factor, &per, &flow), (3e-7, &metre, &one)];
         assert_eq!(formula(&terms, &names), "-0.01235 [m/lpm] * q + 3e-7 [m]");
     }

@@ -6,14 +6,14 @@ use std::fmt::Write;
 use dgd_compiler::diagnostics::Diagnostics;
 use dgd_compiler::effects::Effect;
 use dgd_compiler::model::Model;
-use dgd_compiler::source::{Source, Sources};
+use dgd_compiler::source::{SourceMap, SourceText};
 use dgd_compiler::syntax::parse;
 use dgd_compiler::units::Unit;
 
-use super::formula::{Factor, Shape, literal};
-use super::moments::Trace;
-use super::regression::Ranked;
-use super::{GuessedTerm, Site};
+use super::formula::{FormulaFactor, FormulaShape, literal};
+use super::moments::InputTrace;
+use super::regression::RankedFormula;
+use super::{FormulaSite, GuessedTerm};
 use crate::missing_input::PlaceKind;
 
 /// The range of a quantity over which a formula was compared with recordings.
@@ -44,7 +44,7 @@ pub struct LawParameter {
 
 /// A term of a formula, fitted.
 pub(super) struct FittedTerm<'a> {
-    pub(super) shape: Shape,
+    pub(super) shape: FormulaShape,
     /// The coefficient, SI, and its standard deviation.
     pub(super) value: f64,
     pub(super) std: Option<f64>,
@@ -54,7 +54,7 @@ pub(super) struct FittedTerm<'a> {
 }
 
 impl FittedTerm<'_> {
-    pub(super) fn told(&self, names: &[Factor]) -> GuessedTerm {
+    pub(super) fn told(&self, names: &[FormulaFactor]) -> GuessedTerm {
         GuessedTerm {
             factor: self.shape.text(names).trim_start().to_owned(),
             coefficient: self.value,
@@ -65,13 +65,13 @@ impl FittedTerm<'_> {
 }
 
 /// The constants of a formula as parameters of an effect.
-pub(super) struct Constants<'a> {
-    pub(super) terms: Vec<Constant<'a>>,
+pub(super) struct FormulaConstants<'a> {
+    pub(super) terms: Vec<TermConstants<'a>>,
 }
 
 /// The constants of one term.
-pub(super) struct Constant<'a> {
-    shape: &'a Shape,
+pub(super) struct TermConstants<'a> {
+    shape: &'a FormulaShape,
     pub(super) name: String,
     /// The coefficient, SI, and its standard deviation.
     value: f64,
@@ -82,17 +82,17 @@ pub(super) struct Constant<'a> {
     std_of_inner: Option<f64>,
 }
 
-impl<'a> Constants<'a> {
+impl<'a> FormulaConstants<'a> {
     /// Numbers coefficients, then inner constants, and skips names that the model already uses.
     pub(super) fn named(
         first: &str,
-        terms: impl Iterator<Item = (&'a Shape, f64, &'a Unit)>,
+        terms: impl Iterator<Item = (&'a FormulaShape, f64, &'a Unit)>,
         is_taken: impl Fn(&str) -> bool,
     ) -> Self {
         let mut names = (1..).map(|i| format!("{first}_{i}")).filter(|name| !is_taken(name));
-        let mut terms: Vec<Constant<'a>> = terms
+        let mut terms: Vec<TermConstants<'a>> = terms
             .zip(names.by_ref())
-            .map(|((shape, value, unit), name)| Constant {
+            .map(|((shape, value, unit), name)| TermConstants {
                 shape,
                 name,
                 value,
@@ -105,13 +105,13 @@ impl<'a> Constants<'a> {
         for term in terms.iter_mut().filter(|term| term.shape.inner.is_some()) {
             term.inner = names.next();
         }
-        Constants { terms }
+        FormulaConstants { terms }
     }
 
     /// The constants of a fitted law.
     pub(super) fn of_law(terms: &'a [FittedTerm<'a>], is_taken: impl Fn(&str) -> bool) -> Self {
         let coefficients = terms.iter().map(|term| (&term.shape, term.value, term.unit));
-        let mut constants = Constants::named("law", coefficients, is_taken);
+        let mut constants = FormulaConstants::named("law", coefficients, is_taken);
         for (constant, term) in constants.terms.iter_mut().zip(terms) {
             (constant.std, constant.std_of_inner) = (term.std, term.std_of_inner);
         }
@@ -119,9 +119,9 @@ impl<'a> Constants<'a> {
     }
 
     /// All constants, as the file declares them.
-    pub(super) fn told(&self, names: &[Factor]) -> Vec<LawParameter> {
-        let of_term = |term: &Constant<'_>| {
-            let Constant { name, value, std, unit, .. } = term;
+    pub(super) fn told(&self, names: &[FormulaFactor]) -> Vec<LawParameter> {
+        let of_term = |term: &TermConstants<'_>| {
+            let TermConstants { name, value, std, unit, .. } = term;
             let parameter = |name: &String, value, std, unit: &Unit| LawParameter {
                 name: name.clone(),
                 value,
@@ -149,7 +149,7 @@ pub(crate) fn plain(unit: &Unit) -> dgd_runtime::Unit {
 const INNER_BOUND: f64 = 100.0;
 
 /// Bounds of an inner constant, as its declaration has them; a threshold has none.
-pub(crate) fn bounds(shape: &Shape, value: f64, unit: &Unit) -> String {
+pub(crate) fn bounds(shape: &FormulaShape, value: f64, unit: &Unit) -> String {
     if shape.has_threshold() {
         return String::new();
     }
@@ -169,15 +169,19 @@ pub(crate) fn change(kind: PlaceKind, place: &str, sum: &str) -> (&'static str, 
 }
 
 /// Reads an effect from its text, which is added to the sources.
-pub(crate) fn read_effect(file: &str, text: String, sources: &mut Sources) -> Option<Effect> {
+pub(crate) fn read_effect(file: &str, text: String, sources: &mut SourceMap) -> Option<Effect> {
     let mut diagnostics = Diagnostics::default();
-    let id = sources.add(Source { name: file.to_owned(), text });
+    let id = sources.add(SourceText { name: file.to_owned(), text });
     let ast = parse(id, sources, &mut diagnostics).ok()?;
     Effect::read(ast, &mut diagnostics).ok()
 }
 
 /// The formula as an effect, with its coefficients as parameters.
-pub(super) fn text(model: &Model, site: &Site<'_>, constants: &Constants<'_>) -> String {
+pub(super) fn text(
+    model: &Model,
+    site: &FormulaSite<'_>,
+    constants: &FormulaConstants<'_>,
+) -> String {
     let (mut parameters, mut nulls, mut sum) = (String::new(), String::new(), Vec::new());
     let declared = |name: &str, value: f64, unit: &Unit, bounds: &str, std: Option<f64>| {
         let std = std.map(|std| format!("    /// ± {}", literal(std / unit.factor)));
@@ -202,7 +206,11 @@ pub(super) fn text(model: &Model, site: &Site<'_>, constants: &Constants<'_>) ->
 }
 
 /// Ranges of the names in a formula, in the training recordings.
-pub(super) fn ranges(site: &Site<'_>, ranked: &Ranked, train: &[Trace]) -> Vec<LawRange> {
+pub(super) fn ranges(
+    site: &FormulaSite<'_>,
+    ranked: &RankedFormula,
+    train: &[InputTrace],
+) -> Vec<LawRange> {
     let used: BTreeSet<usize> =
         ranked.terms.iter().flat_map(|(shape, _)| shape.reads(&site.names)).collect();
     let range = |name: usize| {
@@ -210,7 +218,7 @@ pub(super) fn ranges(site: &Site<'_>, ranked: &Ranked, train: &[Trace]) -> Vec<L
         let (low, high) = values
             .filter(|value| value.is_finite())
             .fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), x| (a.min(x), b.max(x)));
-        let Factor { name, unit, .. } = &site.names[name];
+        let FormulaFactor { name, unit, .. } = &site.names[name];
         LawRange { name: name.clone(), unit: plain(unit), low, high }
     };
     used.into_iter().map(range).collect()
@@ -226,8 +234,8 @@ impl LawRange {
 /// The effect file, with standard deviations and the ranges over which the formula was compared.
 pub(super) fn law(
     model: &Model,
-    site: &Site<'_>,
-    constants: &Constants<'_>,
+    site: &FormulaSite<'_>,
+    constants: &FormulaConstants<'_>,
     formula: &str,
     ranges: &[LawRange],
 ) -> String {

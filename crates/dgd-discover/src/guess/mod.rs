@@ -24,26 +24,26 @@ use std::cmp::Ordering;
 use std::collections::BTreeMap;
 
 use dgd_compiler::model::Model;
-use dgd_compiler::source::Sources;
+use dgd_compiler::source::SourceMap;
 use dgd_compiler::units::{Unit, parse_unit};
 use dgd_identify::Recording;
 use dgd_runtime::parallel::in_parallel;
-use dgd_runtime::{Point, Problem, Solution, System, simulate};
+use dgd_runtime::{EvaluationPoint, Problem, Solution, System, simulate};
 
-use crate::fit::{Data, Fitted, StartPoint, as_far_as_readings, whitened_square};
-use crate::library::{BaseModel, Candidate, StructureId, Values};
+use crate::fit::{FittedStructure, SearchData, StartPoint, as_far_as_readings, whitened_square};
+use crate::library::{BaseModel, CarriedValues, EffectCandidate, StructureId};
 use crate::missing_input::{
     self, FoundPlace, MissingTerms, PlaceKind, PlaceTrace, inputs_with, place_of,
 };
-pub(crate) use forms::{FORMS, Form, Inner};
-pub(crate) use formula::{Factor, Shape, formula, literal, names, with_differences};
-use law::{Constants, FittedTerm, law, ranges, text};
+pub(crate) use forms::{FORMS, FactorForm, FormConstant};
+pub(crate) use formula::{FormulaFactor, FormulaShape, formula, literal, names, with_differences};
+use law::{FittedTerm, FormulaConstants, law, ranges, text};
 pub use law::{LawParameter, LawRange};
 pub(crate) use law::{bounds, change, plain, read_effect};
-use moments::Trace;
-use regression::{Ranked, given, ranked};
+use moments::InputTrace;
+use regression::{RankedFormula, given, ranked};
 use together::together;
-pub use together::{Course, Together};
+pub use together::{CorrelatedQuantity, TraceCourse};
 
 /// Fraction of the mean square error that may remain with the formula in the model.
 const LEFT: f64 = 0.7;
@@ -56,7 +56,7 @@ const NAMES: usize = 24;
 
 /// A formula of the model's names that resembles the missing term: a guess, not confirmed.
 #[derive(Debug, Clone)]
-pub struct Guess {
+pub struct FormulaGuess {
     /// The formula in the language, units included: to add to the right-hand side of the equation, or to the reading of
     /// the sensor.
     pub formula: String,
@@ -79,7 +79,7 @@ pub struct Guess {
     pub ranges: Vec<LawRange>,
 }
 
-/// A term of a [`Guess`].
+/// A term of a [`FormulaGuess`].
 #[derive(Debug, Clone)]
 pub struct GuessedTerm {
     /// The factor that the coefficient multiplies, with the operator: `* q*abs(q)`; empty for a constant.
@@ -93,44 +93,44 @@ pub struct GuessedTerm {
 }
 
 /// The data for a guess.
-pub(crate) struct Guessing<'a> {
+pub(crate) struct GuessData<'a> {
     pub base: &'a BaseModel,
-    pub sources: &'a Sources,
+    pub sources: &'a SourceMap,
     pub model: &'a Model,
-    pub fitted: &'a Fitted,
-    pub data: &'a Data<'a>,
+    pub fitted: &'a FittedStructure,
+    pub data: &'a SearchData<'a>,
     pub threads: usize,
 }
 
 /// The place of a formula.
-struct Site<'a> {
+struct FormulaSite<'a> {
     /// The equation's label or the output's name.
     name: &'a str,
     kind: PlaceKind,
     /// The unit of the formula's value.
     unit: Unit,
-    names: Vec<Factor>,
+    names: Vec<FormulaFactor>,
 }
 
 /// The missing term at a place along all recordings, with which formulas and names are compared.
-pub(crate) struct Followed<'a> {
-    site: Site<'a>,
+pub(crate) struct MissingCourse<'a> {
+    site: FormulaSite<'a>,
     /// Initial parameters and start values of fits.
-    values: Values,
-    train: Vec<Trace>,
-    held_out: Vec<Trace>,
+    values: CarriedValues,
+    train: Vec<InputTrace>,
+    held_out: Vec<InputTrace>,
 }
 
-impl Followed<'_> {
+impl MissingCourse<'_> {
     /// Quantities that correlate with the missing term, the closest first.
-    pub(crate) fn together(&self) -> Vec<Together> {
+    pub(crate) fn together(&self) -> Vec<CorrelatedQuantity> {
         together(&self.train, &self.held_out, &self.site.names)
     }
 }
 
 /// The model with a formula in it.
-struct Inserted {
-    after: Fitted,
+struct ModelWithFormula {
+    after: FittedStructure,
     /// The coefficients' names in the model, and their units.
     names: Vec<String>,
     units: Vec<Unit>,
@@ -138,13 +138,13 @@ struct Inserted {
     inner: Vec<Option<String>>,
 }
 
-impl Guessing<'_> {
+impl GuessData<'_> {
     /// The missing term at a place along all recordings; `None` if one of them cannot be simulated with it.
     pub(crate) fn followed<'b>(
         &self,
         terms: &'b MissingTerms,
         found: &FoundPlace,
-    ) -> Option<Followed<'b>> {
+    ) -> Option<MissingCourse<'b>> {
         let data = self.data;
         let place = place_of(terms, &found.missing.place)?;
         let site = self.site(terms, place)?;
@@ -157,7 +157,7 @@ impl Guessing<'_> {
             (found.train.clone(), found.valid.clone())
         };
         let p = if is_beside_the_base { &self.fitted.p } else { &found.p };
-        let traces = |recordings: &[Recording], traces: &[PlaceTrace]| -> Vec<Trace> {
+        let traces = |recordings: &[Recording], traces: &[PlaceTrace]| -> Vec<InputTrace> {
             let both = recordings.iter().zip(traces);
             both.filter_map(|(recording, trace)| {
                 self.along(terms, place, &site, recording, p, trace)
@@ -169,11 +169,11 @@ impl Guessing<'_> {
         let is_whole = !train.is_empty() && held_out.len() == data.valid.len();
         let values =
             if is_beside_the_base { self.fitted.values.clone() } else { self.values_of(found) };
-        is_whole.then_some(Followed { site, values, train, held_out })
+        is_whole.then_some(MissingCourse { site, values, train, held_out })
     }
 
     /// Parameters and start values that belong to a place's traces.
-    fn values_of(&self, found: &FoundPlace) -> Values {
+    fn values_of(&self, found: &FoundPlace) -> CarriedValues {
         let signature = self.fitted.structure.system.signature();
         let parameters = signature.parameters.iter().zip(&found.p);
         let unknowns: Vec<String> =
@@ -181,21 +181,21 @@ impl Guessing<'_> {
         let start = |trace: &PlaceTrace| {
             trace.start.iter().map(|(i, value)| (unknowns[*i].clone(), *value)).collect()
         };
-        Values {
+        CarriedValues {
             p: parameters.map(|(parameter, value)| (parameter.name.to_string(), *value)).collect(),
             starts: found.train.iter().map(start).collect(),
         }
     }
 
     /// For each place, the formula that best resembles the missing term there; `None` if no simple one does.
-    pub(crate) fn guesses(&self, places: &[&Followed<'_>]) -> Vec<Option<Guess>> {
+    pub(crate) fn guesses(&self, places: &[&MissingCourse<'_>]) -> Vec<Option<FormulaGuess>> {
         let ranked = self.in_parallel(places.len(), |own, i| own.ranked(places[i]));
-        let candidates: Vec<(usize, &Ranked)> = (ranked.iter().enumerate())
+        let candidates: Vec<(usize, &RankedFormula)> = (ranked.iter().enumerate())
             .flat_map(|(place, forms)| forms.iter().map(move |form| (place, form)))
             .collect();
         let prices = self.in_parallel(candidates.len(), |own, k| {
             let (place, form) = candidates[k];
-            let Followed { site, values, .. } = places[place];
+            let MissingCourse { site, values, .. } = places[place];
             let after = own.in_the_model(site, values, form, COMPARED)?.after;
             Some(after.mean_square().ln() + form.cost)
         });
@@ -207,14 +207,18 @@ impl Guessing<'_> {
             best.map(|(_, form)| form)
         };
         self.in_parallel(places.len(), |own, i| {
-            let (Followed { site, values, train, .. }, form) = (places[i], best(i)?);
+            let (MissingCourse { site, values, train, .. }, form) = (places[i], best(i)?);
             own.told(site, form, train, own.in_the_model(site, values, form, EVALUATIONS)?)
         })
     }
 
     /// A law at a place as a formula; `None` if it does not reduce the errors.
-    pub(crate) fn of_law(&self, place: &Followed<'_>, terms: &[(Shape, f64)]) -> Option<Guess> {
-        let Followed { site, values, train, held_out } = place;
+    pub(crate) fn of_law(
+        &self,
+        place: &MissingCourse<'_>,
+        terms: &[(FormulaShape, f64)],
+    ) -> Option<FormulaGuess> {
+        let MissingCourse { site, values, train, held_out } = place;
         let form = given(train, held_out, terms);
         self.told(site, &form, train, self.in_the_model(site, values, &form, EVALUATIONS)?)
     }
@@ -223,19 +227,19 @@ impl Guessing<'_> {
     fn in_parallel<T: Send>(
         &self,
         count: usize,
-        work: impl Fn(&Guessing<'_>, usize) -> T + Sync,
+        work: impl Fn(&GuessData<'_>, usize) -> T + Sync,
     ) -> Vec<T> {
-        let Guessing { base, sources, model, data, threads, .. } = *self;
+        let GuessData { base, sources, model, data, threads, .. } = *self;
         in_parallel(self.fitted, count, threads, |fitted, i| {
-            work(&Guessing { base, sources, model, fitted, data, threads }, i)
+            work(&GuessData { base, sources, model, fitted, data, threads }, i)
         })
     }
 
     /// Formulas that resemble the missing term at a place.
-    fn ranked(&self, followed: &Followed<'_>) -> Vec<Ranked> {
+    fn ranked(&self, followed: &MissingCourse<'_>) -> Vec<RankedFormula> {
         let model = self.model;
-        let Followed { site, train, held_out, .. } = followed;
-        let is_preferred = |shape: &Shape| {
+        let MissingCourse { site, train, held_out, .. } = followed;
+        let is_preferred = |shape: &FormulaShape| {
             let dimension = shape.coefficient(&site.names, site.unit.dimension);
             let mut known = (model.parameters.iter()).map(|p| p.declared.unit.dimension);
             dimension.is_some_and(|own| {
@@ -251,7 +255,7 @@ impl Guessing<'_> {
     /// Traces of a place in the training and in the validation recordings, each estimated alone; empty if one cannot be
     /// estimated.
     fn alone(&self, terms: &MissingTerms, place: usize) -> (Vec<PlaceTrace>, Vec<PlaceTrace>) {
-        let Guessing { fitted, data, .. } = *self;
+        let GuessData { fitted, data, .. } = *self;
         let trace_of = |recording: &Recording, start: &[(usize, f64)]| {
             missing_input::alone(terms, fitted, data, place, recording, start)
         };
@@ -266,7 +270,7 @@ impl Guessing<'_> {
         (train.unwrap_or_default(), valid.unwrap_or_default())
     }
 
-    fn site<'a>(&self, terms: &'a MissingTerms, place: usize) -> Option<Site<'a>> {
+    fn site<'a>(&self, terms: &'a MissingTerms, place: usize) -> Option<FormulaSite<'a>> {
         let model = self.model;
         let place = &terms.places()[place];
         let unit = match place.kind {
@@ -284,7 +288,7 @@ impl Guessing<'_> {
                 input.declared.unit.of_differences()
             }
         };
-        Some(Site { name: &place.name, kind: place.kind, unit, names: names(model) })
+        Some(FormulaSite { name: &place.name, kind: place.kind, unit, names: names(model) })
     }
 
     /// Values of the names, and of the equation's parameters, along the trajectory with the missing term.
@@ -292,15 +296,15 @@ impl Guessing<'_> {
         &self,
         terms: &MissingTerms,
         place: usize,
-        site: &Site<'_>,
+        site: &FormulaSite<'_>,
         recording: &Recording,
         p: &[f64],
         found: &PlaceTrace,
-    ) -> Option<Trace> {
-        let Guessing { fitted, data, .. } = *self;
+    ) -> Option<InputTrace> {
+        let GuessData { fitted, data, .. } = *self;
         let system = terms.system();
         let signature = system.signature();
-        let around = missing_input::Recording {
+        let around = missing_input::ReconstructedRecording {
             p,
             inputs: &recording.inputs,
             start: &found.start,
@@ -321,7 +325,7 @@ impl Guessing<'_> {
                 .map(|(i, input)| (&*input.name, i))
                 .collect();
         let n_inputs = self.model.inputs.len();
-        let plain: Vec<&Factor> =
+        let plain: Vec<&FormulaFactor> =
             site.names.iter().filter(|name| name.difference.is_none()).collect();
         let mut names = vec![Vec::with_capacity(trajectory.len()); plain.len()];
         let free: Vec<usize> = (fitted.estimates.iter())
@@ -338,7 +342,7 @@ impl Guessing<'_> {
         let mut by_u = vec![0.0; signature.input_jacobian.len()];
         let mut by_p = vec![0.0; signature.parameter_jacobian.len()];
         for k in 0..trajectory.len() {
-            let point = at(&trajectory, k, &inputs, p, &mut u);
+            let point = sample_point(&trajectory, k, &inputs, p, &mut u);
             for (i, (values, factor)) in names.iter_mut().zip(&plain).enumerate() {
                 let value = match i.cmp(&n_inputs) {
                     Ordering::Less => point.u[*positions.get(factor.name.as_str())?],
@@ -369,7 +373,7 @@ impl Guessing<'_> {
             }
         }
         with_differences(&site.names, &mut names);
-        Some(Trace {
+        Some(InputTrace {
             times: found.times.clone(),
             value: found.d.clone(),
             std: found.std.clone(),
@@ -382,12 +386,12 @@ impl Guessing<'_> {
     /// The fitted model with a formula; `None` if that fails.
     fn in_the_model(
         &self,
-        site: &Site<'_>,
-        from: &Values,
-        ranked: &Ranked,
+        site: &FormulaSite<'_>,
+        from: &CarriedValues,
+        ranked: &RankedFormula,
         evaluations: usize,
-    ) -> Option<Inserted> {
-        let Guessing { base, model, fitted, data, .. } = *self;
+    ) -> Option<ModelWithFormula> {
+        let GuessData { base, model, fitted, data, .. } = *self;
         let units = (ranked.terms.iter())
             .map(|(shape, _)| shape.unit(&site.names, &site.unit, model))
             .collect::<Option<Vec<Unit>>>()?;
@@ -395,10 +399,10 @@ impl Guessing<'_> {
         let is_taken = |name: &str| parameters.iter().any(|p| p.name == name);
         let terms = ranked.terms.iter().zip(&units);
         let terms = terms.map(|((shape, value), unit)| (shape, *value, unit));
-        let constants = Constants::named("guess", terms, is_taken);
+        let constants = FormulaConstants::named("guess", terms, is_taken);
         let mut sources = self.sources.clone();
         let effect = read_effect("guess.dgd", text(model, site, &constants), &mut sources)?;
-        let candidate = Candidate::new(&effect, &[], false);
+        let candidate = EffectCandidate::new(&effect, &[], false);
         let structure =
             base.structure(std::slice::from_ref(&candidate), StructureId::one(0)).ok()?;
         let name_in_model = |name: &str| {
@@ -419,20 +423,20 @@ impl Guessing<'_> {
         let mut point = StartPoint { values, at_nothing, ..StartPoint::default() };
         let of_terms = inner.iter().zip(&ranked.terms);
         point.set(of_terms.filter_map(|(name, (shape, _))| Some((name.clone()?, shape.inner?))));
-        let after = Fitted::new(structure, from, &[point], &data, evaluations).ok()?;
-        Some(Inserted { after, names, units, inner })
+        let after = FittedStructure::new(structure, from, &[point], &data, evaluations).ok()?;
+        Some(ModelWithFormula { after, names, units, inner })
     }
 
     /// The report on a formula; `None` if it does not reduce the errors.
     fn told(
         &self,
-        site: &Site<'_>,
-        ranked: &Ranked,
-        train: &[Trace],
-        inserted: Inserted,
-    ) -> Option<Guess> {
-        let Guessing { fitted, data, .. } = *self;
-        let Inserted { mut after, names, units, inner } = inserted;
+        site: &FormulaSite<'_>,
+        ranked: &RankedFormula,
+        train: &[InputTrace],
+        inserted: ModelWithFormula,
+    ) -> Option<FormulaGuess> {
+        let GuessData { fitted, data, .. } = *self;
+        let ModelWithFormula { mut after, names, units, inner } = inserted;
         let data = &data.not_kept();
         after.know_correlations(data);
         after.hold_out(data, EVALUATIONS);
@@ -450,17 +454,17 @@ impl Guessing<'_> {
         {
             let of_inner = inner.as_ref().and_then(estimate);
             let inner = of_inner.map(|inner| inner.value).or(shape.inner);
-            let shape = Shape { inner, ..shape.clone() };
+            let shape = FormulaShape { inner, ..shape.clone() };
             let (own, std_of_inner) = (estimate(name)?, of_inner.and_then(|inner| inner.std));
             terms.push(FittedTerm { shape, value: own.value, std: own.std, std_of_inner, unit });
         }
-        let coefficients: Vec<(f64, &Unit, &Shape)> =
+        let coefficients: Vec<(f64, &Unit, &FormulaShape)> =
             terms.iter().map(|term| (term.value, term.unit, &term.shape)).collect();
         let ranges = ranges(site, ranked, train);
         let formula = formula(&coefficients, &site.names);
         let is_taken = |name: &str| self.model.parameters.iter().any(|p| p.declared.name == name);
-        let constants = Constants::of_law(&terms, is_taken);
-        Some(Guess {
+        let constants = FormulaConstants::of_law(&terms, is_taken);
+        Some(FormulaGuess {
             file: law(self.model, site, &constants, &formula, &ranges),
             formula,
             parameters: constants.told(&site.names),
@@ -475,21 +479,21 @@ impl Guessing<'_> {
 }
 
 /// The unknowns, inputs and parameters at a sample.
-fn at<'a>(
+fn sample_point<'a>(
     trajectory: &'a Solution,
     k: usize,
     inputs: &dgd_runtime::Inputs,
     p: &'a [f64],
     u: &'a mut [f64],
-) -> Point<'a> {
+) -> EvaluationPoint<'a> {
     let t = trajectory.times[k];
     inputs.value(t, trajectory.side(k), u);
-    Point { t, y: trajectory.y(k), u, p, z: trajectory.z(k) }
+    EvaluationPoint { t, y: trajectory.y(k), u, p, z: trajectory.z(k) }
 }
 
 /// Mean square of the errors relative to the noise, on validation recordings if there are any; if the model diverges
 /// from the readings, the variance of these instead.
-fn left(fitted: &Fitted, data: &Data<'_>) -> Option<f64> {
+fn left(fitted: &FittedStructure, data: &SearchData<'_>) -> Option<f64> {
     let (recordings, residuals) = if data.valid.is_empty() {
         (data.train, fitted.residuals(data))
     } else {

@@ -6,7 +6,7 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use super::formula::Shape;
+use super::formula::FormulaShape;
 
 /// Maximum number of blocks of a recording.
 const BLOCKS: f64 = 600.0;
@@ -23,7 +23,7 @@ const ALIKE: f64 = 0.9999;
 
 /// A missing input over one recording, with the quantities that a formula may contain.
 #[derive(Debug, Clone)]
-pub(crate) struct Trace {
+pub(crate) struct InputTrace {
     /// Times of the samples, s.
     pub times: Vec<f64>,
     /// d, SI.
@@ -41,8 +41,8 @@ pub(crate) struct Trace {
 /// Weighted products of all columns, summed over blocks.
 ///
 /// Columns are the equation's parameters, a constant, the shapes, and d.
-pub(super) struct Moments {
-    pub(super) shapes: Vec<Shape>,
+pub(super) struct BlockMoments {
+    pub(super) shapes: Vec<FormulaShape>,
     n_parameters: usize,
     /// Sums of each part of the training recordings, and of all of them.
     pub(super) parts: Vec<DMatrix<f64>>,
@@ -51,8 +51,12 @@ pub(super) struct Moments {
     held_out: Option<DMatrix<f64>>,
 }
 
-impl Moments {
-    pub(super) fn new(train: &[Trace], held_out: &[Trace], shapes: Vec<Shape>) -> Moments {
+impl BlockMoments {
+    pub(super) fn new(
+        train: &[InputTrace],
+        held_out: &[InputTrace],
+        shapes: Vec<FormulaShape>,
+    ) -> BlockMoments {
         let n_parameters = train.first().map_or(0, |trace| trace.parameters.len());
         let size = n_parameters + 1 + shapes.len() + 1;
         let mut parts = vec![DMatrix::zeros(size, size); FOLDS];
@@ -76,11 +80,11 @@ impl Moments {
         }
         of_held_out.fill_lower_triangle_with_upper_triangle();
         let held_out = (!held_out.is_empty()).then_some(of_held_out);
-        Moments { shapes, n_parameters, parts, train: sum, held_out }
+        BlockMoments { shapes, n_parameters, parts, train: sum, held_out }
     }
 
     /// Removes shapes that are collinear with an earlier one in all training recordings.
-    pub(super) fn without_twins(self) -> Moments {
+    pub(super) fn without_twins(self) -> BlockMoments {
         let column = |i: usize| self.n_parameters + 1 + i;
         let alike = |i: usize, j: usize| {
             let product = self.train[(column(i), column(j))].abs();
@@ -95,16 +99,16 @@ impl Moments {
                 kept.push(i);
             }
         }
-        self.of(&kept)
+        self.select(&kept)
     }
 
     /// The moments of some shapes.
-    pub(super) fn of(&self, kept: &[usize]) -> Moments {
+    pub(super) fn select(&self, kept: &[usize]) -> BlockMoments {
         let last = self.train.nrows() - 1;
         let of_shapes = kept.iter().map(|i| self.n_parameters + 1 + i);
         let columns: Vec<usize> = (0..=self.n_parameters).chain(of_shapes).chain([last]).collect();
         let those = |all: &DMatrix<f64>| all.select_rows(&columns).select_columns(&columns);
-        Moments {
+        BlockMoments {
             shapes: kept.iter().map(|i| self.shapes[*i].clone()).collect(),
             n_parameters: self.n_parameters,
             parts: self.parts.iter().map(those).collect(),
@@ -222,8 +226,8 @@ fn add(sum: &mut DMatrix<f64>, weight: f64, row: &[f64]) {
 }
 
 /// Weights and columns of means over blocks.
-pub(super) fn blocks(trace: &Trace, shapes: &[Shape]) -> Vec<(f64, Vec<f64>)> {
-    let Trace { times, value, std, resolved, names, parameters } = trace;
+pub(super) fn blocks(trace: &InputTrace, shapes: &[FormulaShape]) -> Vec<(f64, Vec<f64>)> {
+    let InputTrace { times, value, std, resolved, names, parameters } = trace;
     let (Some(first), Some(last)) = (times.first(), times.last()) else { return Vec::new() };
     let length = resolved.max((last - first) / BLOCKS);
     let square = value.iter().map(|d| d * d).sum::<f64>() / value.len() as f64;

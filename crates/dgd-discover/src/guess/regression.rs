@@ -36,15 +36,15 @@ use nalgebra::DMatrix;
 use rand_pcg::Pcg64;
 use rand_pcg::rand_core::Rng;
 
-use super::forms::{FORMS, Inner};
-use super::formula::Shape;
-use super::moments::{FOLDS, Moments, Trace};
+use super::forms::{FORMS, FormConstant};
+use super::formula::FormulaShape;
+use super::moments::{BlockMoments, FOLDS, InputTrace};
 
 /// A formula with its coefficients.
 #[derive(Debug, Clone)]
-pub(crate) struct Ranked {
+pub(crate) struct RankedFormula {
     /// Shapes and their coefficients, SI.
-    pub terms: Vec<(Shape, f64)>,
+    pub terms: Vec<(FormulaShape, f64)>,
     /// R² in validation recordings or, if there are none, in blocks left out.
     pub r2: f64,
     /// Penalty for complexity and number of terms: the decrease of the logarithm of the mean square error that
@@ -72,11 +72,19 @@ const DRAWN_FROM: usize = 30;
 const FREQUENT: usize = 5;
 
 /// Ranks a formula that was found elsewhere.
-pub(crate) fn given(train: &[Trace], held_out: &[Trace], terms: &[(Shape, f64)]) -> Ranked {
-    let shapes: Vec<Shape> = terms.iter().map(|(shape, _)| shape.clone()).collect();
+pub(crate) fn given(
+    train: &[InputTrace],
+    held_out: &[InputTrace],
+    terms: &[(FormulaShape, f64)],
+) -> RankedFormula {
+    let shapes: Vec<FormulaShape> = terms.iter().map(|(shape, _)| shape.clone()).collect();
     let indices: Vec<usize> = (0..shapes.len()).collect();
-    let held_out_fit = Moments::new(train, held_out, shapes).held_out(&indices);
-    Ranked { terms: terms.to_vec(), r2: held_out_fit.map_or(f64::NAN, |(_, r2)| r2), cost: 0.0 }
+    let held_out_fit = BlockMoments::new(train, held_out, shapes).held_out(&indices);
+    RankedFormula {
+        terms: terms.to_vec(),
+        r2: held_out_fit.map_or(f64::NAN, |(_, r2)| r2),
+        cost: 0.0,
+    }
 }
 
 /// Formulas of at most two terms: the best of all names, then the best of inputs alone.
@@ -86,32 +94,32 @@ pub(crate) fn given(train: &[Trace], held_out: &[Trace], terms: &[(Shape, f64)])
 /// | `names` | number of inputs, which come first, and of all names |
 /// | `is_preferred` | whether a shape's coefficient would be dimensionless or have a parameter's dimension |
 pub(crate) fn ranked(
-    train: &[Trace],
-    held_out: &[Trace],
+    train: &[InputTrace],
+    held_out: &[InputTrace],
     [inputs, names]: [usize; 2],
-    is_preferred: &dyn Fn(&Shape) -> bool,
-) -> Vec<Ranked> {
-    let traces: Vec<&Trace> = train.iter().chain(held_out).collect();
-    let is_defined = |shape: &Shape| {
+    is_preferred: &dyn Fn(&FormulaShape) -> bool,
+) -> Vec<RankedFormula> {
+    let traces: Vec<&InputTrace> = train.iter().chain(held_out).collect();
+    let is_defined = |shape: &FormulaShape| {
         shape.forms().all(|(name, form)| {
             let mut of_traces = traces.iter().map(|trace| trace.names[name].iter().copied());
             of_traces.all(|values| form.domain.holds(values))
         })
     };
-    let cost = |shape: &Shape| {
+    let cost = |shape: &FormulaShape| {
         let complexity = shape.complexity() + u32::from(!is_preferred(shape));
         COMPLEXITY * f64::from(complexity)
     };
-    let one = |name: usize, form: usize| Shape::new(vec![(name, form)]);
+    let one = |name: usize, form: usize| FormulaShape::new(vec![(name, form)]);
     let plain = (0..FORMS.len())
-        .filter(|form| FORMS[*form].inner == Inner::None && !FORMS[*form].of_numbers);
+        .filter(|form| FORMS[*form].inner == FormConstant::None && !FORMS[*form].of_numbers);
     let plain: Vec<usize> = plain.collect();
-    let mut shapes = vec![Shape::new(Vec::new())];
+    let mut shapes = vec![FormulaShape::new(Vec::new())];
     shapes.extend((0..names).flat_map(|name| plain.iter().map(move |form| one(name, *form))));
     shapes.retain(is_defined);
 
     // Ranks names by how well they do alone, for inner constants and products of the best.
-    let singles = Moments::new(train, held_out, shapes.clone());
+    let singles = BlockMoments::new(train, held_out, shapes.clone());
     let mut by_name: Vec<(f64, usize)> = (0..names)
         .filter_map(|name| {
             let with_name =
@@ -126,9 +134,9 @@ pub(crate) fn ranked(
     for &name in &best {
         let values: Vec<f64> =
             train.iter().flat_map(|trace| trace.names[name].iter().copied()).collect();
-        let parts = Inner::Parts.constants(&values);
-        for form in (0..FORMS.len()).filter(|form| FORMS[*form].inner == Inner::Parts) {
-            let with = |constant: &f64| Shape { inner: Some(*constant), ..one(name, form) };
+        let parts = FormConstant::Parts.constants(&values);
+        for form in (0..FORMS.len()).filter(|form| FORMS[*form].inner == FormConstant::Parts) {
+            let with = |constant: &f64| FormulaShape { inner: Some(*constant), ..one(name, form) };
             shapes.extend(parts.iter().map(with));
         }
     }
@@ -146,13 +154,13 @@ pub(crate) fn ranked(
                 } else {
                     vec![(*a, *fa), (*b, *fb)]
                 };
-                shapes.push(Shape::new(factors));
+                shapes.push(FormulaShape::new(factors));
             }
         }
     }
     shapes.retain(is_defined);
     shapes.sort_by(|a, b| cost(a).total_cmp(&cost(b)));
-    let moments = Moments::new(train, held_out, shapes).without_twins();
+    let moments = BlockMoments::new(train, held_out, shapes).without_twins();
 
     let cost = |chosen: &[usize]| {
         let of_shapes: f64 = chosen.iter().map(|i| cost(&moments.shapes[*i])).sum();
@@ -177,7 +185,7 @@ pub(crate) fn ranked(
         let (coefficients, r2) = moments.held_out(chosen)?;
         let shapes = chosen.iter().map(|i| moments.shapes[*i].clone());
         let terms = shapes.zip(coefficients).collect();
-        let ranked = Ranked { terms, r2, cost: cost(chosen) };
+        let ranked = RankedFormula { terms, r2, cost: cost(chosen) };
         (r2 >= DECENT).then_some(ranked)
     };
     let sets = scored.iter().map(|(_, chosen)| chosen);
@@ -186,10 +194,11 @@ pub(crate) fn ranked(
     let drawn = drawn.iter().filter_map(to_ranked).take(TOLD);
     let of_inputs = sets.filter(|chosen| is_of_inputs(chosen)).take(LOOKED_AT);
     let of_inputs = of_inputs.filter_map(to_ranked).take(TOLD);
-    let mut formulas: Vec<Ranked> = best.chain(drawn).chain(of_inputs).collect();
-    let mut earlier: Vec<Vec<Shape>> = Vec::new();
+    let mut formulas: Vec<RankedFormula> = best.chain(drawn).chain(of_inputs).collect();
+    let mut earlier: Vec<Vec<FormulaShape>> = Vec::new();
     formulas.retain(|ranked| {
-        let shapes: Vec<Shape> = ranked.terms.iter().map(|(shape, _)| shape.clone()).collect();
+        let shapes: Vec<FormulaShape> =
+            ranked.terms.iter().map(|(shape, _)| shape.clone()).collect();
         let is_new = !earlier.contains(&shapes);
         earlier.push(shapes);
         is_new
@@ -200,7 +209,7 @@ pub(crate) fn ranked(
 /// The best formulas that often come first when parts of the training recordings are resampled, the most frequent
 /// first.
 fn first_in_drawings(
-    moments: &Moments,
+    moments: &BlockMoments,
     scored: &[(f64, Vec<usize>)],
     price: &dyn Fn(f64, &[usize]) -> f64,
 ) -> Vec<Vec<usize>> {
@@ -212,7 +221,7 @@ fn first_in_drawings(
     let mut shapes: Vec<usize> = best.iter().flat_map(|(_, chosen)| chosen).copied().collect();
     shapes.sort_unstable();
     shapes.dedup();
-    let of_best = moments.of(&shapes);
+    let of_best = moments.select(&shapes);
     let positions = |(_, chosen): &&(f64, Vec<usize>)| -> Vec<usize> {
         chosen.iter().filter_map(|i| shapes.binary_search(i).ok()).collect()
     };
@@ -250,9 +259,9 @@ fn first_in_drawings(
 
 #[cfg(test)]
 mod tests {
-    use super::{FOLDS, Ranked, ranked};
+    use super::{FOLDS, RankedFormula, ranked};
     use crate::guess::forms::position;
-    use crate::guess::moments::Trace;
+    use crate::guess::moments::InputTrace;
     use rand_pcg::Pcg64;
     use rand_pcg::rand_core::Rng;
 
@@ -285,7 +294,7 @@ mod tests {
         (0..SAMPLES).map(|k| size * mean(k) * 60_f64.sqrt()).collect()
     }
 
-    fn trace(seed: u64, d: impl Fn(&[f64]) -> f64, size: f64) -> Trace {
+    fn trace(seed: u64, d: impl Fn(&[f64]) -> f64, size: f64) -> InputTrace {
         let mut random = Pcg64::new(u128::from(seed), 3);
         let names = vec![
             steps(&mut random, 45, 0.2, 1.5),
@@ -297,7 +306,7 @@ mod tests {
             let at: Vec<f64> = names.iter().map(|values| values[k]).collect();
             d(&at) + errors[k]
         });
-        Trace {
+        InputTrace {
             times: (0..SAMPLES).map(|k| k as f64).collect(),
             value: value.collect(),
             std: vec![size; SAMPLES],
@@ -308,7 +317,7 @@ mod tests {
         }
     }
 
-    fn of(seed: u64, d: impl Fn(&[f64]) -> f64 + Copy, size: f64) -> Vec<Ranked> {
+    fn rank(seed: u64, d: impl Fn(&[f64]) -> f64 + Copy, size: f64) -> Vec<RankedFormula> {
         ranked(&[trace(seed, d, size)], &[trace(seed + 1000, d, size)], [1, 3], &|_| true)
     }
 
@@ -329,7 +338,7 @@ mod tests {
         for ((d, name, size), factors) in forms.into_iter().zip(expected) {
             let factors: Vec<_> = factors.iter().map(|(i, form)| (*i, position(form))).collect();
             for seed in 0..5 {
-                let all = of(seed, d, 0.03);
+                let all = rank(seed, d, 0.03);
                 let best = &all[0];
                 assert_eq!(best.terms.len(), 1, "{name}: {:?}", best.terms);
                 assert_eq!(best.terms[0].0.factors, factors, "{name}");
@@ -349,7 +358,8 @@ mod tests {
             trace
         };
         let all = ranked(&[follows(1)], &[follows(2)], [1, 3], &|_| true);
-        let is_of_input = |ranked: &&Ranked| ranked.terms[0].0.factors == [(0, position("*{}"))];
+        let is_of_input =
+            |ranked: &&RankedFormula| ranked.terms[0].0.factors == [(0, position("*{}"))];
         let found = all.iter().find(is_of_input).expect("the input");
         assert!(found.terms.len() == 1 && (found.terms[0].1 / 1.3 - 1.0).abs() < 0.05);
         assert!(all[0].terms.iter().any(|(shape, _)| shape.factors == [(2, 0)]));
@@ -364,7 +374,7 @@ mod tests {
         ];
         for (d, name, text, size) in forms {
             for seed in 0..5 {
-                let best = &of(seed, d, 0.01)[0];
+                let best = &rank(seed, d, 0.01)[0];
                 let (shape, coefficient) = &best.terms[0];
                 assert_eq!(shape.factors, [(name, position(text))], "{text}: {:?}", best.terms);
                 // As close as the grid of the inner constant, with the parameter of the second name free; a fit refines
@@ -396,7 +406,7 @@ mod tests {
 
     #[test]
     fn two_terms_are_found_where_one_is_not_enough() {
-        let all = of(3, |x| 1.2 * x[0] - 0.3 * x[2] * x[2], 0.03);
+        let all = rank(3, |x| 1.2 * x[0] - 0.3 * x[2] * x[2], 0.03);
         let mut found: Vec<_> =
             all[0].terms.iter().map(|(shape, _)| shape.factors.clone()).collect();
         found.sort();
@@ -405,7 +415,7 @@ mod tests {
 
     #[test]
     fn noise_looks_like_no_formula() {
-        let none = (0..40).filter(|seed| of(*seed, |_| 0.0, 1.0).is_empty()).count();
+        let none = (0..40).filter(|seed| rank(*seed, |_| 0.0, 1.0).is_empty()).count();
         assert_eq!(none, 40);
         // Nor does noise in recordings without validation data.
         for seed in 0..10 {

@@ -9,17 +9,17 @@
 //!
 //! Slow quantities correlate by chance, so this only suggests where to look.
 
-use super::formula::{Factor, Shape};
-use super::moments::{FOLDS, Trace, blocks};
+use super::formula::{FormulaFactor, FormulaShape};
+use super::moments::{FOLDS, InputTrace, blocks};
 use super::regression::DECENT;
 
 /// A quantity that correlates with a trace.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Together {
+pub struct CorrelatedQuantity {
     /// A name of the model, or `time`.
     pub quantity: String,
     /// How the trace changes as the quantity grows.
-    pub course: Course,
+    pub course: TraceCourse,
     /// 1 − Σ w (d − curve)²/Σ w (d − mean)² on data from which the curve was not learnt.
     pub r2: f64,
     /// Whether R² is from other recordings rather than from parts of one.
@@ -28,7 +28,7 @@ pub struct Together {
 
 /// How a trace changes as a quantity grows.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Course {
+pub enum TraceCourse {
     /// It grows.
     Rises,
     /// It shrinks.
@@ -47,42 +47,48 @@ const NEARLY_AS_GOOD: f64 = 0.1;
 
 /// A block or a point of a curve: its weight, the quantity and the missing term.
 #[derive(Debug, Clone, Copy)]
-struct Point {
+struct CurvePoint {
     weight: f64,
     x: f64,
     d: f64,
 }
 
 /// The blocks from which a curve is learnt, and those that it predicts.
-struct Split {
-    learnt: Vec<Point>,
-    predicted: Vec<Point>,
+struct BlockSplit {
+    learnt: Vec<CurvePoint>,
+    predicted: Vec<CurvePoint>,
 }
 
 /// Blocks of a recording: all names and the missing term.
-struct Blocks {
+struct RecordingBlocks {
     /// Number of columns before the names.
     skipped: usize,
     rows: Vec<(f64, Vec<f64>)>,
 }
 
 /// Quantities that correlate with a trace, the closest first.
-pub(crate) fn together(train: &[Trace], held_out: &[Trace], names: &[Factor]) -> Vec<Together> {
-    let shapes: Vec<Shape> = (0..names.len()).map(|i| Shape::new(vec![(i, 0)])).collect();
-    let of_trace = |trace: &Trace| {
+pub(crate) fn together(
+    train: &[InputTrace],
+    held_out: &[InputTrace],
+    names: &[FormulaFactor],
+) -> Vec<CorrelatedQuantity> {
+    let shapes: Vec<FormulaShape> =
+        (0..names.len()).map(|i| FormulaShape::new(vec![(i, 0)])).collect();
+    let of_trace = |trace: &InputTrace| {
         // The equation's parameters and a constant come first.
-        Blocks { skipped: trace.parameters.len() + 1, rows: blocks(trace, &shapes) }
+        RecordingBlocks { skipped: trace.parameters.len() + 1, rows: blocks(trace, &shapes) }
     };
-    let train: Vec<Blocks> = train.iter().map(of_trace).collect();
-    let held_out: Vec<Blocks> = held_out.iter().map(of_trace).collect();
+    let train: Vec<RecordingBlocks> = train.iter().map(of_trace).collect();
+    let held_out: Vec<RecordingBlocks> = held_out.iter().map(of_trace).collect();
     let is_of_recordings = !held_out.is_empty() || train.len() > 1;
-    let mut candidates: Vec<Together> = (names.iter().enumerate())
+    let mut candidates: Vec<CorrelatedQuantity> = (names.iter().enumerate())
         .filter_map(|(i, factor)| {
-            let points =
-                |all: &[Blocks]| all.iter().map(|blocks| blocks.over(i)).collect::<Vec<_>>();
+            let points = |all: &[RecordingBlocks]| {
+                all.iter().map(|blocks| blocks.curve_over(i)).collect::<Vec<_>>()
+            };
             let (course, r2) = course(&splits(points(&train), &points(&held_out)))?;
             let quantity = factor.name.clone();
-            (r2 >= DECENT).then_some(Together { quantity, course, r2, is_of_recordings })
+            (r2 >= DECENT).then_some(CorrelatedQuantity { quantity, course, r2, is_of_recordings })
         })
         .collect();
     candidates.sort_by(|a, b| b.r2.total_cmp(&a.r2));
@@ -90,10 +96,10 @@ pub(crate) fn together(train: &[Trace], held_out: &[Trace], names: &[Factor]) ->
     candidates
 }
 
-impl Blocks {
+impl RecordingBlocks {
     /// The missing term against one of the names.
-    fn over(&self, name: usize) -> Vec<Point> {
-        let point = |(weight, row): &(f64, Vec<f64>)| Point {
+    fn curve_over(&self, name: usize) -> Vec<CurvePoint> {
+        let point = |(weight, row): &(f64, Vec<f64>)| CurvePoint {
             weight: *weight,
             x: row[self.skipped + name],
             d: row[row.len() - 1],
@@ -103,29 +109,33 @@ impl Blocks {
 }
 
 /// Recordings, or parts of one, that predict each other.
-fn splits(train: Vec<Vec<Point>>, held_out: &[Vec<Point>]) -> Vec<Split> {
+fn splits(train: Vec<Vec<CurvePoint>>, held_out: &[Vec<CurvePoint>]) -> Vec<BlockSplit> {
     if !held_out.is_empty() {
-        return vec![Split { learnt: train.concat(), predicted: held_out.concat() }];
+        return vec![BlockSplit { learnt: train.concat(), predicted: held_out.concat() }];
     }
-    let parts = match <[Vec<Point>; 1]>::try_from(train) {
-        Ok([one]) => one.chunks(one.len().div_ceil(FOLDS).max(1)).map(<[Point]>::to_vec).collect(),
+    let parts = match <[Vec<CurvePoint>; 1]>::try_from(train) {
+        Ok([one]) => {
+            one.chunks(one.len().div_ceil(FOLDS).max(1)).map(<[CurvePoint]>::to_vec).collect()
+        }
         Err(several) => several,
     };
     let others = |k: usize| {
         let rest = parts.iter().enumerate().filter(|(other, _)| *other != k);
         rest.flat_map(|(_, part)| part.iter().copied()).collect()
     };
-    (0..parts.len()).map(|k| Split { learnt: others(k), predicted: parts[k].clone() }).collect()
+    (0..parts.len())
+        .map(|k| BlockSplit { learnt: others(k), predicted: parts[k].clone() })
+        .collect()
 }
 
 /// The course of the missing term over a quantity, and its R²; `None` if there is too little data.
-fn course(splits: &[Split]) -> Option<(Course, f64)> {
+fn course(splits: &[BlockSplit]) -> Option<(TraceCourse, f64)> {
     let (mut around_mean, mut left) = (0.0, [0.0; 3]);
-    for Split { learnt, predicted } in splits {
+    for BlockSplit { learnt, predicted } in splits {
         let means = means(learnt)?;
         let mean = learnt.iter().copied().reduce(pooled)?.d;
         let curves = [monotone(&means, 1.0), monotone(&means, -1.0), means];
-        for Point { weight, x, d } in predicted {
+        for CurvePoint { weight, x, d } in predicted {
             around_mean += weight * (d - mean).powi(2);
             for (left, curve) in left.iter_mut().zip(&curves) {
                 *left += weight * (d - interpolated(curve, *x)).powi(2);
@@ -136,15 +146,18 @@ fn course(splits: &[Split]) -> Option<(Course, f64)> {
         return None;
     }
     let [rising, falling, any] = left.map(|left| left / around_mean);
-    let (course, left) =
-        if rising <= falling { (Course::Rises, rising) } else { (Course::Falls, falling) };
+    let (course, left) = if rising <= falling {
+        (TraceCourse::Rises, rising)
+    } else {
+        (TraceCourse::Falls, falling)
+    };
     let is_monotone = left <= (1.0 + NEARLY_AS_GOOD) * any;
-    let (course, left) = if is_monotone { (course, left) } else { (Course::Turns, any) };
+    let (course, left) = if is_monotone { (course, left) } else { (TraceCourse::Turns, any) };
     Some((course, 1.0 - left))
 }
 
 /// Weighted means of blocks in ranks of the quantity, in ascending order.
-fn means(blocks: &[Point]) -> Option<Vec<Point>> {
+fn means(blocks: &[CurvePoint]) -> Option<Vec<CurvePoint>> {
     let mut sorted = blocks.to_vec();
     sorted.sort_by(|a, b| a.x.total_cmp(&b.x));
     let (low, high) = (sorted.first()?.x, sorted.last()?.x);
@@ -156,7 +169,7 @@ fn means(blocks: &[Point]) -> Option<Vec<Point>> {
         let members = &sorted[k * sorted.len() / ranks..(k + 1) * sorted.len() / ranks];
         members.iter().copied().reduce(pooled)
     };
-    let mut points: Vec<Point> = (0..ranks).filter_map(of_rank).collect();
+    let mut points: Vec<CurvePoint> = (0..ranks).filter_map(of_rank).collect();
     // A constant quantity fills several ranks with one value.
     points.dedup_by(|next, before| {
         let is_same = next.x <= before.x;
@@ -168,15 +181,15 @@ fn means(blocks: &[Point]) -> Option<Vec<Point>> {
     (points.len() > 1).then_some(points)
 }
 
-fn pooled(a: Point, b: Point) -> Point {
+fn pooled(a: CurvePoint, b: CurvePoint) -> CurvePoint {
     let weight = a.weight + b.weight;
     let mean = |x: f64, y: f64| (a.weight * x + b.weight * y) / weight;
-    Point { weight, x: mean(a.x, b.x), d: mean(a.d, b.d) }
+    CurvePoint { weight, x: mean(a.x, b.x), d: mean(a.d, b.d) }
 }
 
 /// The rising curve closest to some means or, with a sign of −1, the falling one.
-fn monotone(means: &[Point], sign: f64) -> Vec<Point> {
-    let mut levels: Vec<(Point, usize)> = Vec::new();
+fn monotone(means: &[CurvePoint], sign: f64) -> Vec<CurvePoint> {
+    let mut levels: Vec<(CurvePoint, usize)> = Vec::new();
     for mean in means {
         let mut level = (*mean, 1);
         while let Some((before, n)) =
@@ -187,11 +200,11 @@ fn monotone(means: &[Point], sign: f64) -> Vec<Point> {
         levels.push(level);
     }
     let values = levels.iter().flat_map(|(level, n)| std::iter::repeat_n(level.d, *n));
-    means.iter().zip(values).map(|(mean, d)| Point { d, ..*mean }).collect()
+    means.iter().zip(values).map(|(mean, d)| CurvePoint { d, ..*mean }).collect()
 }
 
 /// The value of a curve: linear between its points, constant beyond its ends.
-fn interpolated(curve: &[Point], x: f64) -> f64 {
+fn interpolated(curve: &[CurvePoint], x: f64) -> f64 {
     let after = curve.partition_point(|point| point.x <= x);
     match (after.checked_sub(1).map(|k| curve[k]), curve.get(after)) {
         (Some(a), Some(b)) => a.d + (b.d - a.d) * (x - a.x) / (b.x - a.x),
@@ -205,9 +218,9 @@ fn interpolated(curve: &[Point], x: f64) -> f64 {
 mod tests {
     use dgd_compiler::units::parse_unit;
 
-    use super::{Course, together};
-    use crate::guess::formula::Factor;
-    use crate::guess::moments::Trace;
+    use super::{TraceCourse, together};
+    use crate::guess::formula::FormulaFactor;
+    use crate::guess::moments::InputTrace;
     use rand_pcg::Pcg64;
     use rand_pcg::rand_core::Rng;
 
@@ -217,7 +230,7 @@ mod tests {
     type Missing = fn(f64) -> f64;
 
     /// A trace that is a function of `x`, and an unrelated quantity `y`.
-    fn trace(seed: u64, scale: f64, d: Missing) -> Trace {
+    fn trace(seed: u64, scale: f64, d: Missing) -> InputTrace {
         let mut random = Pcg64::new(u128::from(seed), 5);
         let mut steps = |length: usize| {
             let mut level = 0.0;
@@ -234,7 +247,7 @@ mod tests {
         let errors = steps(1);
         let value = names[0].iter().zip(&errors).map(|(x, e)| d(*x) + 0.1 * e).collect();
         let scaled = names.iter().map(|all| all.iter().map(|x| scale * x).collect()).collect();
-        Trace {
+        InputTrace {
             times: (0..SAMPLES).map(|k| k as f64).collect(),
             value,
             std: vec![0.1; SAMPLES],
@@ -244,8 +257,8 @@ mod tests {
         }
     }
 
-    fn names() -> Vec<Factor> {
-        let factor = |name: &str| Factor {
+    fn names() -> Vec<FormulaFactor> {
+        let factor = |name: &str| FormulaFactor {
             name: name.to_owned(),
             unit: parse_unit("m").expect("a unit"),
             difference: None,
@@ -255,11 +268,11 @@ mod tests {
 
     #[test]
     fn the_quantity_and_the_course_are_found_in_any_unit() {
-        let courses: [(Missing, Course); 4] = [
-            (|x| x, Course::Rises),
-            (|x| -x.powi(3), Course::Falls),
-            (|x| (4.0 * x).tanh(), Course::Rises),
-            (|x| x * x, Course::Turns),
+        let courses: [(Missing, TraceCourse); 4] = [
+            (|x| x, TraceCourse::Rises),
+            (|x| -x.powi(3), TraceCourse::Falls),
+            (|x| (4.0 * x).tanh(), TraceCourse::Rises),
+            (|x| x * x, TraceCourse::Turns),
         ];
         for (d, course) in courses {
             for scale in [1.0, 1e-4] {

@@ -14,7 +14,7 @@ const BEAM: usize = 12;
 const DETERMINED: f64 = 1e-5;
 
 /// Residuals and columns, whitened at one intensity of everything else that is missing.
-pub(super) struct Level {
+pub(super) struct WhitenedLevel {
     pub(super) residuals: Vec<f64>,
     pub(super) columns: Vec<Vec<f64>>,
     /// Columns that are always in the set.
@@ -24,7 +24,7 @@ pub(super) struct Level {
 
 /// A set of columns, and the sum of squares that it leaves.
 #[derive(Debug, Clone, PartialEq)]
-pub(super) struct Set {
+pub(super) struct ColumnSet {
     pub(super) columns: Vec<usize>,
     pub(super) left: f64,
 }
@@ -63,24 +63,25 @@ fn normalised(mut column: Vec<f64>, basis: &[Vec<f64>]) -> Option<Vec<f64>> {
     Some(column)
 }
 
-impl Level {
+impl WhitenedLevel {
     /// Keeps only these columns.
     pub(super) fn keep(&mut self, kept: &[usize]) {
         self.columns = kept.iter().map(|i| std::mem::take(&mut self.columns[*i])).collect();
     }
 
     /// The sets of up to `most` columns that leave least, of each size.
-    pub(super) fn search(&self, most: usize, price: &[f64], threads: usize) -> Vec<Set> {
-        let mut sets: Vec<Set> = Vec::new();
-        let mut products = Products::new(self, threads);
-        let cost = |set: &Set| set.left + 2.0 * set.columns.iter().map(|i| price[*i]).sum::<f64>();
-        let mut frontier = vec![Set { columns: Vec::new(), left: 0.0 }];
+    pub(super) fn search(&self, most: usize, price: &[f64], threads: usize) -> Vec<ColumnSet> {
+        let mut sets: Vec<ColumnSet> = Vec::new();
+        let mut products = ColumnProducts::new(self, threads);
+        let cost =
+            |set: &ColumnSet| set.left + 2.0 * set.columns.iter().map(|i| price[*i]).sum::<f64>();
+        let mut frontier = vec![ColumnSet { columns: Vec::new(), left: 0.0 }];
         for _ in 0..most {
             products.extend(frontier.iter().flat_map(|set| set.columns.iter().copied()), threads);
             let grown = in_parallel_stateless(frontier.len(), threads, |k| {
                 products.grown(&frontier[k].columns)
             });
-            let mut next: Vec<Set> = grown.into_iter().flatten().collect();
+            let mut next: Vec<ColumnSet> = grown.into_iter().flatten().collect();
             next.sort_by(|a, b| {
                 cost(a).total_cmp(&cost(b)).then_with(|| a.columns.cmp(&b.columns))
             });
@@ -119,7 +120,7 @@ impl Level {
 /// Adding a column to a set then needs no pass over the readings: with G the products within the set, g those of the
 /// column with it, g₀ the square of the column, and r and r₀ the products of both with the residuals, the column
 /// reduces the sum of squares by (r₀ − gᵀ G⁻¹ r)²/(g₀ − gᵀ G⁻¹ g).
-struct Products {
+struct ColumnProducts {
     columns: Vec<Vec<f64>>,
     /// Squares of the columns before and after the projection.
     whole: Vec<f64>,
@@ -131,8 +132,8 @@ struct Products {
     rows: BTreeMap<usize, Vec<f64>>,
 }
 
-impl Products {
-    fn new(level: &Level, threads: usize) -> Products {
+impl ColumnProducts {
+    fn new(level: &WhitenedLevel, threads: usize) -> ColumnProducts {
         let mut basis: Vec<Vec<f64>> = Vec::new();
         for column in &level.always {
             basis.extend(normalised(column.clone(), &basis));
@@ -148,7 +149,7 @@ impl Products {
         let residuals = beside(&level.residuals);
         let columns: Vec<Vec<f64>> =
             in_parallel_stateless(level.columns.len(), threads, |i| beside(&level.columns[i]));
-        Products {
+        ColumnProducts {
             whole: level.columns.iter().map(|column| dot(column, column)).collect(),
             squares: columns.iter().map(|column| dot(column, column)).collect(),
             residuals: columns.iter().map(|column| dot(column, &residuals)).collect(),
@@ -170,7 +171,7 @@ impl Products {
     }
 
     /// The set with each other column.
-    fn grown(&self, set: &[usize]) -> Vec<Set> {
+    fn grown(&self, set: &[usize]) -> Vec<ColumnSet> {
         let n = set.len();
         let rows: Vec<&Vec<f64>> = set.iter().filter_map(|i| self.rows.get(i)).collect();
         // In units of the columns' sizes, as they differ by orders of magnitude.
@@ -193,7 +194,7 @@ impl Products {
                 let mut columns = set.to_vec();
                 columns.push(i);
                 columns.sort_unstable();
-                Set { columns, left: left - gain * gain / square }
+                ColumnSet { columns, left: left - gain * gain / square }
             })
         };
         (0..self.columns.len()).filter_map(with).collect()
@@ -208,7 +209,7 @@ mod tests {
     use super::*;
 
     /// Columns of random numbers, and residuals of two of them with noise.
-    fn level(seed: u64, coefficients: &[(usize, f64)]) -> Level {
+    fn level(seed: u64, coefficients: &[(usize, f64)]) -> WhitenedLevel {
         let mut random = Pcg64::new(u128::from(seed), 5);
         let mut number = || (random.next_u64() >> 11) as f64 / (1_u64 << 53) as f64 - 0.5;
         let mut column = || -> Vec<f64> { (0..200).map(|_| number()).collect() };
@@ -219,7 +220,7 @@ mod tests {
                 *r += value * x;
             }
         }
-        Level { residuals, columns, always: Vec::new(), log_determinant: 0.0 }
+        WhitenedLevel { residuals, columns, always: Vec::new(), log_determinant: 0.0 }
     }
 
     #[test]
@@ -227,7 +228,7 @@ mod tests {
         let level = level(1, &[(7, 2.0), (23, -1.5)]);
         let sets = level.search(3, &[5.0; 40], 1);
         assert_eq!(sets, level.search(3, &[5.0; 40], 4));
-        let pairs: Vec<&Set> = sets.iter().filter(|set| set.columns.len() == 2).collect();
+        let pairs: Vec<&ColumnSet> = sets.iter().filter(|set| set.columns.len() == 2).collect();
         assert_eq!(pairs[0].columns, [7, 23]);
         let (coefficients, left) = level.fit(&[7, 23]).expect("coefficients");
         assert!((coefficients[0] - 2.0).abs() < 0.02 && (coefficients[1] + 1.5).abs() < 0.02);
@@ -241,7 +242,7 @@ mod tests {
         for x in &mut scaled.columns[3] {
             *x *= 1e-9;
         }
-        let columns = |level: &Level| -> Vec<Vec<usize>> {
+        let columns = |level: &WhitenedLevel| -> Vec<Vec<usize>> {
             level.search(2, &[5.0; 40], 1).into_iter().map(|set| set.columns).collect()
         };
         assert_eq!(columns(&plain), columns(&scaled));

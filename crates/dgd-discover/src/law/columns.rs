@@ -4,10 +4,10 @@ use std::collections::BTreeSet;
 
 use dgd_runtime::parallel::in_parallel_stateless;
 
-use super::beam::{Level, Set};
-use super::sighting::Sighting;
-use super::terms::{self, Vocabulary};
-use crate::guess::Shape;
+use super::beam::{ColumnSet, WhitenedLevel};
+use super::sighting::FollowedRecordings;
+use super::terms::{self, TermVocabulary};
+use crate::guess::FormulaShape;
 
 /// Largest number of terms.
 pub(super) const MOST_TERMS: usize = 4;
@@ -29,19 +29,19 @@ const SAME: f64 = 1e-9;
 
 /// Terms with their equations and coefficients.
 #[derive(Debug, Clone)]
-pub(super) struct Draft {
+pub(super) struct LawDraft {
     /// The place, the term and its coefficient.
-    pub(super) terms: Vec<(usize, Shape, f64)>,
+    pub(super) terms: Vec<(usize, FormulaShape, f64)>,
     /// −2 ln of its likelihood …
     pub(super) left: f64,
     /// … plus twice the price.
     pub(super) cost: f64,
 }
 
-impl Draft {
+impl LawDraft {
     /// Whether all its terms are among those of another.
-    pub(super) fn is_part_of(&self, other: &Draft) -> bool {
-        let has = |place: usize, shape: &Shape| {
+    pub(super) fn is_part_of(&self, other: &LawDraft) -> bool {
+        let has = |place: usize, shape: &FormulaShape| {
             other.terms.iter().any(|(own, of, _)| *own == place && of == shape)
         };
         self.terms.iter().all(|(place, shape, _)| has(*place, shape))
@@ -49,15 +49,15 @@ impl Draft {
 
     /// Whether the readings cannot distinguish it from another draft of the same equations, as x from |x| where x is
     /// positive.
-    pub(super) fn is_twin_of(&self, other: &Draft) -> bool {
+    pub(super) fn is_twin_of(&self, other: &LawDraft) -> bool {
         let places =
-            |draft: &Draft| -> Vec<usize> { draft.terms.iter().map(|term| term.0).collect() };
+            |draft: &LawDraft| -> Vec<usize> { draft.terms.iter().map(|term| term.0).collect() };
         (self.left - other.left).abs() < TWINS && places(self) == places(other)
     }
 
     /// The drafts that lack one of its terms, or have a plainer one in its place, with the coefficient that comes
     /// closest to it: a factor may make up for its mean, and a bend outside the recorded range for a straight line.
-    pub(super) fn simpler(&self, sighting: &Sighting) -> Vec<Draft> {
+    pub(super) fn simpler(&self, sighting: &FollowedRecordings) -> Vec<LawDraft> {
         let values = sighting.all_values();
         let mut drafts = Vec::new();
         for (i, (place, shape, coefficient)) in self.terms.iter().enumerate() {
@@ -67,12 +67,14 @@ impl Draft {
                 drafts.push(less);
             }
             let whole = sighting.formed(shape).concat();
-            let simpler = |simpler: Shape| {
-                let is_there = |(own, of, _): &(usize, Shape, f64)| own == place && *of == simpler;
+            let simpler = |simpler: FormulaShape| {
+                let is_there =
+                    |(own, of, _): &(usize, FormulaShape, f64)| own == place && *of == simpler;
                 if self.terms.iter().any(is_there) {
                     return None;
                 }
-                let Along { share, explained } = along(&whole, &sighting.formed(&simpler).concat());
+                let CourseProjection { share, explained } =
+                    along(&whole, &sighting.formed(&simpler).concat());
                 let mut less = self.clone();
                 (less.terms[i].1, less.terms[i].2) = (simpler, share * coefficient);
                 (share != 0.0 && share.is_finite()).then_some((explained, less))
@@ -81,7 +83,7 @@ impl Draft {
             drafts.extend(without.filter_map(simpler).map(|(_, less)| less));
             let plainer = shape.plainer().into_iter();
             let plainer = plainer.filter(|one| terms::is_defined(one, &sighting.names, &values));
-            let mut plainer: Vec<(f64, Draft)> = plainer.filter_map(simpler).collect();
+            let mut plainer: Vec<(f64, LawDraft)> = plainer.filter_map(simpler).collect();
             plainer.retain(|(explained, _)| *explained > ALIKE);
             plainer.sort_by(|a, b| b.0.total_cmp(&a.0));
             drafts.extend(plainer.into_iter().take(PLAINER).map(|(_, less)| less));
@@ -91,29 +93,36 @@ impl Draft {
 }
 
 /// The projection of one course on another.
-struct Along {
+struct CourseProjection {
     /// The factor of the other that comes closest.
     share: f64,
     /// The fraction of the square that it explains.
     explained: f64,
 }
 
-fn along(whole: &[f64], part: &[f64]) -> Along {
+fn along(whole: &[f64], part: &[f64]) -> CourseProjection {
     let product = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
     let (both, square) = (product(whole, part), product(part, part));
-    Along { share: both / square, explained: both * both / (square * product(whole, whole)) }
+    CourseProjection {
+        share: both / square,
+        explained: both * both / (square * product(whole, whole)),
+    }
 }
 
 /// A term in an equation.
-struct Column {
+struct TermColumn {
     place: usize,
-    shape: Shape,
+    shape: FormulaShape,
     /// ln of the prior odds against it.
     price: f64,
 }
 
 /// Sets of terms that explain the readings, the best first.
-pub(super) fn drafts(sighting: &Sighting, vocabulary: Vocabulary, threads: usize) -> Vec<Draft> {
+pub(super) fn drafts(
+    sighting: &FollowedRecordings,
+    vocabulary: TermVocabulary,
+    threads: usize,
+) -> Vec<LawDraft> {
     let columns = columns(sighting, vocabulary);
     // One level at a time: all columns of one may take much memory.
     let mut kept: Option<Vec<usize>> = None;
@@ -128,7 +137,8 @@ pub(super) fn drafts(sighting: &Sighting, vocabulary: Vocabulary, threads: usize
         });
         let price: Vec<f64> = distinct.iter().map(|i| columns[*i].price).collect();
         let best_sets = level.search(MOST_TERMS, &price, threads);
-        let positions = |Set { columns, .. }: Set| columns.iter().map(|i| distinct[*i]).collect();
+        let positions =
+            |ColumnSet { columns, .. }: ColumnSet| columns.iter().map(|i| distinct[*i]).collect();
         sets.extend(best_sets.into_iter().map(positions));
     }
     sets.sort();
@@ -140,7 +150,7 @@ pub(super) fn drafts(sighting: &Sighting, vocabulary: Vocabulary, threads: usize
         let price: f64 = set.iter().map(|i| columns[*i].price).sum();
         let places: Vec<usize> =
             set.iter().map(|i| used.binary_search(i).unwrap_or_default()).collect();
-        let of_level = |level: &Level| {
+        let of_level = |level: &WhitenedLevel| {
             let (coefficients, left) = level.fit(&places)?;
             Some((left + level.log_determinant, coefficients))
         };
@@ -153,18 +163,18 @@ pub(super) fn drafts(sighting: &Sighting, vocabulary: Vocabulary, threads: usize
         }
         let terms = set.iter().zip(coefficients);
         let terms = terms.map(|(i, c)| (columns[*i].place, columns[*i].shape.clone(), c));
-        Some(Draft { terms: terms.collect(), left, cost: left + 2.0 * price })
+        Some(LawDraft { terms: terms.collect(), left, cost: left + 2.0 * price })
     };
-    let mut drafts: Vec<Draft> = sets.iter().filter_map(draft).collect();
+    let mut drafts: Vec<LawDraft> = sets.iter().filter_map(draft).collect();
     drafts.sort_by(|a, b| a.cost.total_cmp(&b.cost));
     drafts
 }
 
 /// All terms at all places.
-fn columns(sighting: &Sighting, vocabulary: Vocabulary) -> Vec<Column> {
+fn columns(sighting: &FollowedRecordings, vocabulary: TermVocabulary) -> Vec<TermColumn> {
     let values = sighting.all_values();
     let names = &sighting.names;
-    let is_of_many = |shape: &Shape| is_of_many(&sighting.formed(shape));
+    let is_of_many = |shape: &FormulaShape| is_of_many(&sighting.formed(shape));
     let mut shapes = terms::single(names, &values, vocabulary);
     shapes.retain(is_of_many);
     let mut products =
@@ -178,7 +188,7 @@ fn columns(sighting: &Sighting, vocabulary: Vocabulary) -> Vec<Column> {
         for shape in &shapes {
             let constants = if shape.inner.is_some() { 2.0 } else { 1.0 };
             let price = 0.5 * constants * readings + number.ln() + f64::from(shape.complexity());
-            columns.push(Column { place: *place, shape: shape.clone(), price });
+            columns.push(TermColumn { place: *place, shape: shape.clone(), price });
         }
     }
     // A model of many equations keeps only the plainest terms.
@@ -188,7 +198,11 @@ fn columns(sighting: &Sighting, vocabulary: Vocabulary) -> Vec<Column> {
 }
 
 /// The names and differences that enter products: those that explain most on their own.
-fn in_products(sighting: &Sighting, single: &[Shape], vocabulary: Vocabulary) -> Vec<usize> {
+fn in_products(
+    sighting: &FollowedRecordings,
+    single: &[FormulaShape],
+    vocabulary: TermVocabulary,
+) -> Vec<usize> {
     let names = &sighting.names;
     let (differences, mut all): (Vec<usize>, Vec<usize>) = (0..names.len())
         .filter(|i| names[*i].name != "time" && vocabulary.reads(&names[*i]))
@@ -197,10 +211,10 @@ fn in_products(sighting: &Sighting, single: &[Shape], vocabulary: Vocabulary) ->
         all.extend(differences);
         return all;
     }
-    let plain: Vec<&Shape> = single.iter().filter(|shape| shape.complexity() == 1).collect();
-    let columns: Vec<Column> = (sighting.places.iter())
+    let plain: Vec<&FormulaShape> = single.iter().filter(|shape| shape.complexity() == 1).collect();
+    let columns: Vec<TermColumn> = (sighting.places.iter())
         .flat_map(|place| plain.iter().map(|shape| (*place, (*shape).clone())))
-        .map(|(place, shape)| Column { place, shape, price: 0.0 })
+        .map(|(place, shape)| TermColumn { place, shape, price: 0.0 })
         .collect();
     let level = level(sighting, &columns, &(0..columns.len()).collect::<Vec<_>>(), 1.0, 1);
     let left = |name: usize| {
@@ -230,13 +244,13 @@ fn is_of_many(formed: &[Vec<f64>]) -> bool {
 
 /// Residuals and some of the columns, whitened with a fraction of what else is missing.
 fn level(
-    sighting: &Sighting,
-    columns: &[Column],
+    sighting: &FollowedRecordings,
+    columns: &[TermColumn],
     chosen: &[usize],
     share: f64,
     threads: usize,
-) -> Level {
-    let Sighting { paths, walks, free, .. } = sighting;
+) -> WhitenedLevel {
+    let FollowedRecordings { paths, walks, free, .. } = sighting;
     let (places, q): (Vec<usize>, Vec<f64>) =
         walks.iter().map(|(place, q)| (*place, q * share)).unzip();
     let whitenings: Vec<_> = paths.iter().map(|path| path.chain.whitening(&places, &q)).collect();
@@ -270,7 +284,7 @@ fn level(
         let (at, between) = (sighting.formed(shape), sighting.formed_between(shape));
         with_priors(along(column.place, &at, &between), None)
     });
-    Level {
+    WhitenedLevel {
         residuals: with_priors(residuals, None),
         columns: whitened,
         always,
@@ -279,7 +293,7 @@ fn level(
 }
 
 /// Positions of columns that are not zero; of equal ones at a place, the plainest.
-fn distinct(columns: &[Column], whitened: &[Vec<f64>]) -> Vec<usize> {
+fn distinct(columns: &[TermColumn], whitened: &[Vec<f64>]) -> Vec<usize> {
     let mut order: Vec<usize> = (0..columns.len()).collect();
     order.sort_by(|a, b| columns[*a].price.total_cmp(&columns[*b].price).then(a.cmp(b)));
     // Equal columns have equal products with any vector.

@@ -3,20 +3,20 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Write;
 
-use dgd_compiler::source::Sources;
+use dgd_compiler::source::SourceMap;
 use dgd_compiler::units::{Unit, parse_unit};
 use dgd_identify::Recording;
 use dgd_runtime::System;
 
-use super::columns::Draft;
-use super::{Begin, HOPEFUL, Laws, Proposed};
-use crate::fit::{Data, Fitted, StartPoint};
+use super::columns::LawDraft;
+use super::{FitOrigin, HOPEFUL, LawSearch, ProposedTerms};
+use crate::fit::{FittedStructure, SearchData, StartPoint};
 use crate::guess::{
-    Factor, LawParameter, LawRange, Shape, bounds, change, formula, literal, names, plain,
-    read_effect,
+    FormulaFactor, FormulaShape, LawParameter, LawRange, bounds, change, formula, literal, names,
+    plain, read_effect,
 };
-use crate::library::{Candidate, Structure, StructureId, Values};
-use crate::missing_input::Place;
+use crate::library::{CarriedValues, EffectCandidate, ModelStructure, StructureId};
+use crate::missing_input::MissingPlace;
 
 /// Maximum number of simulations of a fit that begins, and of one that is finished. If states are not read, a fit turns
 /// along valleys, and its first steps do not predict where it ends.
@@ -36,27 +36,27 @@ pub struct LawTerm {
 
 /// Terms in the model, fitted.
 #[derive(Debug, Clone)]
-pub(crate) struct Inserted {
-    written: Vec<Written>,
-    names: Vec<Factor>,
-    pub(crate) fitted: Fitted,
+pub(crate) struct FittedTerms {
+    written: Vec<TermText>,
+    names: Vec<FormulaFactor>,
+    pub(crate) fitted: FittedStructure,
     /// Sources with the effect's text.
-    pub(crate) sources: Sources,
+    pub(crate) sources: SourceMap,
     /// Recorded ranges of the names that the terms read.
     pub(crate) ranges: Vec<LawRange>,
 }
 
 /// A term in the effect's text, with the names and units of its constants.
 #[derive(Debug, Clone)]
-struct Written {
-    place: Place,
-    shape: Shape,
-    coefficient: Constant,
-    inner: Option<Constant>,
+struct TermText {
+    place: MissingPlace,
+    shape: FormulaShape,
+    coefficient: InsertedConstant,
+    inner: Option<InsertedConstant>,
 }
 
 #[derive(Debug, Clone)]
-struct Constant {
+struct InsertedConstant {
     /// Its name in the effect, then in the model.
     name: String,
     unit: Unit,
@@ -64,21 +64,25 @@ struct Constant {
     value: f64,
 }
 
-impl Laws<'_> {
+impl LawSearch<'_> {
     /// The model with a set of terms, fitted from the states of the sighting; `None` if that fails.
-    pub(super) fn insert(&self, places: &[Place], proposed: &Proposed) -> Option<Inserted> {
-        let Laws { base, fitted, data, model, .. } = self;
+    pub(super) fn insert(
+        &self,
+        places: &[MissingPlace],
+        proposed: &ProposedTerms,
+    ) -> Option<FittedTerms> {
+        let LawSearch { base, fitted, data, model, .. } = self;
         let names = names(model);
         let mut written = self.written(places, &names, &proposed.draft)?;
         let mut sources = self.sources.clone();
         let effect = read_effect("law.dgd", text(&model.name, &names, &written), &mut sources)?;
-        let candidate = Candidate::new(&effect, &[], false);
+        let candidate = EffectCandidate::new(&effect, &[], false);
         let structure =
             base.structure(std::slice::from_ref(&candidate), StructureId::one(0)).ok()?;
         let brought: BTreeMap<String, String> =
             structure.brought.first()?.names.iter().cloned().collect();
         let mut point = StartPoint::default();
-        for constant in written.iter_mut().flat_map(Written::constants_mut) {
+        for constant in written.iter_mut().flat_map(TermText::constants_mut) {
             if let Some(called) = brought.get(&constant.name) {
                 constant.name.clone_from(called);
             }
@@ -87,48 +91,49 @@ impl Laws<'_> {
         let data = data.not_kept();
         let starts = &proposed.sighting.starts;
         let after = match proposed.begin {
-            Begin::Alone(r) => self.begun_alone(structure, starts, point, r)?,
-            Begin::All => {
-                let from = Values { starts: starts.clone(), ..fitted.values.clone() };
+            FitOrigin::Alone(r) => self.begun_alone(structure, starts, point, r)?,
+            FitOrigin::All => {
+                let from = CarriedValues { starts: starts.clone(), ..fitted.values.clone() };
                 let is_hidden = fitted.has_hidden_states(&data);
                 let evaluations = if is_hidden { EVALUATIONS } else { BEGINNING };
-                Fitted::new(structure, &from, &[point], &data, evaluations).ok()?
+                FittedStructure::new(structure, &from, &[point], &data, evaluations).ok()?
             }
         };
         let reads: BTreeSet<usize> =
             written.iter().flat_map(|own| own.shape.reads(&names)).collect();
         let recorded = proposed.sighting.ranges();
         let ranges = reads.into_iter().map(|i| {
-            let Factor { name, unit, .. } = &names[i];
+            let FormulaFactor { name, unit, .. } = &names[i];
             let [low, high] = recorded[i];
             LawRange { name: name.clone(), unit: plain(unit), low, high }
         });
         let ranges = ranges.collect();
-        Some(Inserted { written, names, fitted: after, sources, ranges })
+        Some(FittedTerms { written, names, fitted: after, sources, ranges })
     }
 
     /// Fits a structure to one recording, whose coefficients serve to find start values of the others, and then to all.
     fn begun_alone(
         &self,
-        structure: Structure,
+        structure: ModelStructure,
         starts: &[BTreeMap<String, f64>],
         point: StartPoint,
         r: usize,
-    ) -> Option<Fitted> {
-        let Laws { fitted, data, .. } = self;
+    ) -> Option<FittedStructure> {
+        let LawSearch { fitted, data, .. } = self;
         let data = data.not_kept();
         let others: Vec<Recording> = (data.train.iter().enumerate())
             .filter(|(other, _)| *other != r)
             .map(|(_, recording)| recording.clone())
             .collect();
-        let mut data_alone = Data {
+        let mut data_alone = SearchData {
             train: &data.train[r..=r],
             valid: &others,
             counts_from: Vec::new(),
             ..data.clone()
         };
-        let from = Values { starts: starts.to_vec(), ..fitted.values.clone() };
-        let alone = Fitted::new(structure, &from, &[point], &data_alone, EVALUATIONS).ok()?;
+        let from = CarriedValues { starts: starts.to_vec(), ..fitted.values.clone() };
+        let alone =
+            FittedStructure::new(structure, &from, &[point], &data_alone, EVALUATIONS).ok()?;
         if alone.mean_square() > HOPEFUL {
             return None;
         }
@@ -136,12 +141,17 @@ impl Laws<'_> {
         let mut all_starts = alone.held_out_starts(&data_alone, EVALUATIONS)?;
         let system = &alone.structure.system;
         all_starts.insert(r, alone.values.starts(system, 0));
-        let from = Values::of(system, &alone.p, &all_starts);
+        let from = CarriedValues::collect(system, &alone.p, &all_starts);
         let points = [StartPoint::default()];
-        Fitted::new(alone.structure.clone(), &from, &points, &data, EVALUATIONS).ok()
+        FittedStructure::new(alone.structure.clone(), &from, &points, &data, EVALUATIONS).ok()
     }
 
-    fn written(&self, places: &[Place], names: &[Factor], draft: &Draft) -> Option<Vec<Written>> {
+    fn written(
+        &self,
+        places: &[MissingPlace],
+        names: &[FormulaFactor],
+        draft: &LawDraft,
+    ) -> Option<Vec<TermText>> {
         let model = self.model;
         let taken = &self.fitted.structure.system.signature().parameters;
         let mut free = (1..).map(|i| format!("law_{i}"));
@@ -151,33 +161,33 @@ impl Laws<'_> {
             let place = &places[*place];
             let whole = parse_unit(&place.unit).ok()?.dimension;
             let unit = shape.unit(names, &model.familiar(whole), model)?;
-            let coefficient = Constant { name: free.next()?, unit, value: *value };
+            let coefficient = InsertedConstant { name: free.next()?, unit, value: *value };
             let inner = shape.inner_unit(names).zip(shape.inner);
             let inner = inner.and_then(|(unit, value)| {
-                Some(Constant { name: free.next()?, unit: unit.clone(), value })
+                Some(InsertedConstant { name: free.next()?, unit: unit.clone(), value })
             });
             let (place, shape) = (place.clone(), shape.clone());
-            terms.push(Written { place, shape, coefficient, inner });
+            terms.push(TermText { place, shape, coefficient, inner });
         }
         Some(terms)
     }
 }
 
-impl Written {
-    fn constants_mut(&mut self) -> impl Iterator<Item = &mut Constant> {
+impl TermText {
+    fn constants_mut(&mut self) -> impl Iterator<Item = &mut InsertedConstant> {
         std::iter::once(&mut self.coefficient).chain(&mut self.inner)
     }
 }
 
-impl Inserted {
+impl FittedTerms {
     /// The fit continued to its end.
-    pub(super) fn finished(&self, data: &Data<'_>) -> Inserted {
+    pub(super) fn finished(&self, data: &SearchData<'_>) -> FittedTerms {
         let after = self.fitted.continued(&data.not_kept(), EVALUATIONS);
-        Inserted { fitted: after.unwrap_or_else(|_| self.fitted.clone()), ..self.clone() }
+        FittedTerms { fitted: after.unwrap_or_else(|_| self.fitted.clone()), ..self.clone() }
     }
 
     /// The draft that it was made from, with the constants of the fit.
-    pub(super) fn draft(&self, from: &Draft) -> Draft {
+    pub(super) fn draft(&self, from: &LawDraft) -> LawDraft {
         let mut draft = from.clone();
         for ((_, shape, coefficient), term) in draft.terms.iter_mut().zip(self.terms(&self.fitted))
         {
@@ -195,22 +205,22 @@ impl Inserted {
 
     /// Complexity for a reader: that of its forms, and each constant.
     pub(super) fn complexity(&self) -> u32 {
-        let constants = |own: &Written| 1 + u32::from(own.inner.is_some());
+        let constants = |own: &TermText| 1 + u32::from(own.inner.is_some());
         self.written.iter().map(|own| own.shape.complexity() + constants(own)).sum()
     }
 
     /// Whether it has the same terms as another law, with any constants.
     pub(super) fn has_terms_of(&self, other: &Self) -> bool {
         let is_same =
-            |a: &Written, b: &Written| a.place == b.place && a.shape.factors == b.shape.factors;
-        let has = |own: &Written| other.written.iter().any(|of| is_same(own, of));
+            |a: &TermText, b: &TermText| a.place == b.place && a.shape.factors == b.shape.factors;
+        let has = |own: &TermText| other.written.iter().any(|of| is_same(own, of));
         self.written.len() == other.written.len() && self.written.iter().all(has)
     }
 
     /// The terms with the constants of a fit.
-    pub(crate) fn terms(&self, fitted: &Fitted) -> Vec<LawTerm> {
-        let parameter = |constant: &Constant| {
-            let Constant { name, unit, value } = constant;
+    pub(crate) fn terms(&self, fitted: &FittedStructure) -> Vec<LawTerm> {
+        let parameter = |constant: &InsertedConstant| {
+            let InsertedConstant { name, unit, value } = constant;
             let value = fitted.values.p.get(name).copied().unwrap_or(*value);
             let estimate =
                 fitted.estimates.iter().find(|e| e.recording.is_none() && e.name == *name);
@@ -221,12 +231,12 @@ impl Inserted {
                 unit: plain(unit),
             }
         };
-        let term = |own: &Written| {
-            let Written { place, shape, coefficient, inner } = own;
+        let term = |own: &TermText| {
+            let TermText { place, shape, coefficient, inner } = own;
             let constants = std::iter::once(coefficient).chain(inner);
             let coefficients: Vec<LawParameter> = constants.map(parameter).collect();
             let inner = coefficients.get(1).map(|inner| inner.value);
-            let shape = Shape { inner, ..shape.clone() };
+            let shape = FormulaShape { inner, ..shape.clone() };
             let formula =
                 formula(&[(coefficients[0].value, &coefficient.unit, &shape)], &self.names);
             LawTerm { target: place.name.clone(), formula, coefficients }
@@ -235,20 +245,20 @@ impl Inserted {
     }
 
     /// The base model with the parameters and start values of this fit.
-    pub(super) fn parameters_for(&self, base: &Fitted) -> Fitted {
+    pub(super) fn parameters_for(&self, base: &FittedStructure) -> FittedStructure {
         let values = self.fitted.values.clone();
         let p = values.parameters(&base.structure.system);
         // It does not run away where the base model does.
         let train = self.fitted.train.clone();
-        Fitted { values, p, train, ..base.clone() }
+        FittedStructure { values, p, train, ..base.clone() }
     }
 
     /// Its shapes with their coefficients, if all belong to one place.
-    pub(crate) fn all_in(&self, place: &Place) -> Option<Vec<(Shape, f64)>> {
+    pub(crate) fn all_in(&self, place: &MissingPlace) -> Option<Vec<(FormulaShape, f64)>> {
         let terms = self.terms(&self.fitted);
-        let shape = |(own, term): (&Written, &LawTerm)| {
+        let shape = |(own, term): (&TermText, &LawTerm)| {
             let inner = term.coefficients.get(1).map(|inner| inner.value);
-            (Shape { inner, ..own.shape.clone() }, term.coefficients[0].value)
+            (FormulaShape { inner, ..own.shape.clone() }, term.coefficients[0].value)
         };
         let is_only_there = self.written.iter().all(|own| own.place == *place);
         is_only_there.then(|| self.written.iter().zip(&terms).map(shape).collect())
@@ -269,14 +279,14 @@ impl Inserted {
 }
 
 /// The terms as an effect.
-fn text(model: &str, names: &[Factor], written: &[Written]) -> String {
+fn text(model: &str, names: &[FormulaFactor], written: &[TermText]) -> String {
     let (mut parameters, mut nulls) = (String::new(), String::new());
-    let mut sums: Vec<(&Place, Vec<String>)> = Vec::new();
-    let declared = |constant: &Constant, bounds: &str| {
-        let Constant { name, unit, value } = constant;
+    let mut sums: Vec<(&MissingPlace, Vec<String>)> = Vec::new();
+    let declared = |constant: &InsertedConstant, bounds: &str| {
+        let InsertedConstant { name, unit, value } = constant;
         format!("parameter {name} [{}] = {}{bounds}\n", unit.symbol, literal(value / unit.factor))
     };
-    for Written { place, shape, coefficient, inner } in written {
+    for TermText { place, shape, coefficient, inner } in written {
         parameters += &declared(coefficient, "");
         // Writing to a string cannot fail.
         let _ = writeln!(nulls, "null {} = 0", coefficient.name);
@@ -290,7 +300,7 @@ fn text(model: &str, names: &[Factor], written: &[Written]) -> String {
             None => sums.push((place, vec![term])),
         }
     }
-    let change = |(place, sum): &(&Place, Vec<String>)| {
+    let change = |(place, sum): &(&MissingPlace, Vec<String>)| {
         let (_, change) = change(place.kind, &place.name, &sum.join(" + "));
         change + "\n"
     };

@@ -2,10 +2,10 @@
 
 use std::collections::BTreeSet;
 
-use super::inserted::{EVALUATIONS, Inserted};
-use super::{Answer, Explaining, Law, Laws};
-use crate::fit::{Data, Fitted, VERY_STRONG};
-use crate::search::Search;
+use super::inserted::{EVALUATIONS, FittedTerms};
+use super::{AnsweringLaw, LawAnswer, LawSearch, SufficientLaws};
+use crate::fit::{FittedStructure, SearchData, VERY_STRONG};
+use crate::search::EffectSearch;
 
 /// Laws whose costs differ by less are rivals.
 const RIVAL: f64 = VERY_STRONG;
@@ -24,8 +24,8 @@ const HELD_OUT: usize = 8;
 const NEAR: usize = 5;
 
 /// Templates that were named.
-pub(crate) struct Named<'a> {
-    pub(crate) fitted: &'a Fitted,
+pub(crate) struct NamedTemplates<'a> {
+    pub(crate) fitted: &'a FittedStructure,
     /// Equations and names that they change.
     pub(crate) targets: BTreeSet<String>,
     /// Their number.
@@ -36,7 +36,7 @@ pub(crate) struct Named<'a> {
     pub(crate) is_noise: bool,
 }
 
-impl Named<'_> {
+impl NamedTemplates<'_> {
     /// Whether a law of a model with these equations may be a better answer or a rival, see [`answer`]. If only noise
     /// is left, a law cannot be much better.
     pub(super) fn is_open(&self, equations: &[&str], is_hidden: bool) -> bool {
@@ -50,18 +50,22 @@ impl Named<'_> {
     }
 
     /// Σ ε² + k ln N of the training recordings, after a fit as long as that of a law.
-    fn cost(&self, data: &Data<'_>) -> f64 {
+    fn cost(&self, data: &SearchData<'_>) -> f64 {
         let finished = self.fitted.continued(&data.not_kept(), EVALUATIONS);
         finished.map_or(f64::INFINITY, |one| one.criterion()).min(self.fitted.criterion())
     }
 }
 
-impl Laws<'_> {
+impl LawSearch<'_> {
     /// The laws that leave only noise, the best first.
-    pub(super) fn leaving_noise(&self, mut all: Vec<Inserted>, search: &Search<'_>) -> Explaining {
+    pub(super) fn leaving_noise(
+        &self,
+        mut all: Vec<FittedTerms>,
+        search: &EffectSearch<'_>,
+    ) -> SufficientLaws {
         all.sort_by(|a, b| a.cost().total_cmp(&b.cost()));
         all.retain(|one| one.is_significant() && search.fits(&one.fitted));
-        let mut distinct: Vec<Inserted> = Vec::new();
+        let mut distinct: Vec<FittedTerms> = Vec::new();
         for one in all {
             if !distinct.iter().any(|better| one.has_terms_of(better)) {
                 distinct.push(one);
@@ -72,18 +76,18 @@ impl Laws<'_> {
             one.fitted.know_correlations(self.data);
             one.fitted.hold_out(self.data, EVALUATIONS);
         }
-        let (mut kept, lost): (Vec<Inserted>, Vec<Inserted>) =
+        let (mut kept, lost): (Vec<FittedTerms>, Vec<FittedTerms>) =
             distinct.into_iter().partition(|one| search.validates(&one.fitted));
         // A rejected law that does better in both kinds of recordings leaves a worse one unproved.
-        let held_out = |one: &Inserted| one.fitted.held_out_error(self.data);
+        let held_out = |one: &FittedTerms| one.fitted.held_out_error(self.data);
         kept.retain(|one| {
-            let is_better = |other: &Inserted| {
+            let is_better = |other: &FittedTerms| {
                 other.cost() + RIVAL < one.cost() && held_out(other) < held_out(one)
             };
             !lost.iter().any(is_better)
         });
-        let is_unconfirmed = lost.iter().any(Inserted::is_plain);
-        Explaining { laws: kept, is_unconfirmed }
+        let is_unconfirmed = lost.iter().any(FittedTerms::is_plain);
+        SufficientLaws { laws: kept, is_unconfirmed }
     }
 }
 
@@ -93,17 +97,17 @@ impl Laws<'_> {
 /// If all states are read, a plant cannot be distinguished from its sensor, and the plant comes first. Otherwise a law
 /// that explains the recordings as well as a sensor does is a rival of it.
 pub(super) fn answer(
-    laws: Vec<Inserted>,
-    named: Option<&Named<'_>>,
-    data: &Data<'_>,
+    laws: Vec<FittedTerms>,
+    named: Option<&NamedTemplates<'_>>,
+    data: &SearchData<'_>,
     equations: &[&str],
     is_hidden: bool,
-) -> Answer {
-    let Some(least) = laws.first().map(Inserted::cost) else { return Answer::Nothing };
+) -> LawAnswer {
+    let Some(least) = laws.first().map(FittedTerms::cost) else { return LawAnswer::Nothing };
     let mut rest = plainest_first(laws, data);
     let best = rest.remove(0);
     let named = named.map(|named| (named, named.cost(data)));
-    let beats = |(named, cost): &(&Named<'_>, f64)| {
+    let beats = |(named, cost): &(&NamedTemplates<'_>, f64)| {
         let is_tied = named.are_sensors && !is_hidden;
         let is_plainer = best.targets().len() < named.effects;
         least
@@ -117,46 +121,50 @@ pub(super) fn answer(
                 }
     };
     if let Some((named, cost)) = named.filter(|named| !beats(named)) {
-        let is_elsewhere = |law: &Inserted| {
+        let is_elsewhere = |law: &FittedTerms| {
             law.cost() < cost + RIVAL
                 && law.targets().iter().any(|target| !named.targets.contains(*target))
         };
         let laws = || std::iter::once(&best).chain(&rest);
         let may_be_elsewhere = is_hidden && (named.are_terms(equations) || named.are_sensors);
         let is_doubted = may_be_elsewhere && laws().any(is_elsewhere);
-        return if is_doubted { Answer::Doubt(rivals(laws(), cost)) } else { Answer::Nothing };
+        return if is_doubted {
+            LawAnswer::Doubt(rivals(laws(), cost))
+        } else {
+            LawAnswer::Nothing
+        };
     }
-    let is_rival = |other: &Inserted| {
+    let is_rival = |other: &FittedTerms| {
         other.cost() - least < RIVAL && !best.targets().is_subset(&other.targets())
     };
     if rest.iter().any(is_rival) {
-        return Answer::Doubt(rivals(std::iter::once(&best).chain(&rest), least));
+        return LawAnswer::Doubt(rivals(std::iter::once(&best).chain(&rest), least));
     }
-    let error = |one: &Inserted| one.fitted.error.0;
+    let error = |one: &FittedTerms| one.fitted.error.0;
     let near = rest.iter().take(NEAR);
     let near = near.map(|other| (other.formula(), (error(other) / error(&best)).sqrt())).collect();
-    Answer::Law(Box::new(Law { inserted: best, near }))
+    LawAnswer::Law(Box::new(AnsweringLaw { inserted: best, near }))
 }
 
 /// Laws, the best first; of those of the same equations that the recordings hardly distinguish, the plainest comes
 /// first. Validation recordings count as well, because a superfluous factor of a law follows the training recordings.
-fn plainest_first(laws: Vec<Inserted>, data: &Data<'_>) -> Vec<Inserted> {
+fn plainest_first(laws: Vec<FittedTerms>, data: &SearchData<'_>) -> Vec<FittedTerms> {
     // The criterion with the validation recordings, and all squares.
-    let weighed = |law: Inserted| {
+    let weighed = |law: FittedTerms| {
         let held_out = law.fitted.held_out_error(data);
         (law.cost() + held_out, law.fitted.error.0 + held_out, law)
     };
-    let mut left: Vec<(f64, f64, Inserted)> = laws.into_iter().map(weighed).collect();
+    let mut left: Vec<(f64, f64, FittedTerms)> = laws.into_iter().map(weighed).collect();
     let mut ordered = Vec::new();
     while !left.is_empty() {
         let targets: BTreeSet<String> =
             left[0].2.targets().into_iter().map(ToOwned::to_owned).collect();
         let is_there =
-            |law: &Inserted| law.targets().into_iter().eq(targets.iter().map(String::as_str));
+            |law: &FittedTerms| law.targets().into_iter().eq(targets.iter().map(String::as_str));
         let (mut own, others): (Vec<_>, Vec<_>) =
             left.into_iter().partition(|(_, _, law)| is_there(law));
         let least = own.iter().map(|one| one.0).fold(f64::INFINITY, f64::min);
-        let alike = |one: &(f64, f64, Inserted)| one.0 <= least + RIVAL.max(RESOLVED * one.1);
+        let alike = |one: &(f64, f64, FittedTerms)| one.0 <= least + RIVAL.max(RESOLVED * one.1);
         let alike = own.iter().enumerate().filter(|(_, one)| alike(one));
         let plainest = alike.min_by_key(|(_, (_, _, law))| law.complexity());
         let plainest = plainest.map_or(0, |(position, _)| position);
@@ -168,8 +176,8 @@ fn plainest_first(laws: Vec<Inserted>, data: &Data<'_>) -> Vec<Inserted> {
 }
 
 /// The best law in each set of equations, of those that explain the recordings as well as the best answer does.
-fn rivals<'a>(laws: impl Iterator<Item = &'a Inserted>, cost: f64) -> Vec<Inserted> {
-    let mut rivals: Vec<Inserted> = Vec::new();
+fn rivals<'a>(laws: impl Iterator<Item = &'a FittedTerms>, cost: f64) -> Vec<FittedTerms> {
+    let mut rivals: Vec<FittedTerms> = Vec::new();
     for law in laws.filter(|law| law.cost() < cost + RIVAL) {
         if !rivals.iter().any(|better| better.targets().is_subset(&law.targets())) {
             rivals.push(law.clone());
@@ -178,7 +186,7 @@ fn rivals<'a>(laws: impl Iterator<Item = &'a Inserted>, cost: f64) -> Vec<Insert
     rivals
 }
 
-impl Inserted {
+impl FittedTerms {
     /// Whether no equation lacks more than one term.
     pub(super) fn has_one_term_each(&self) -> bool {
         self.terms(&self.fitted).len() == self.targets().len()

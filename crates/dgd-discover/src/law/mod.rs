@@ -24,19 +24,19 @@ use std::sync::Arc;
 
 use dgd_compiler::diagnostics::Diagnostics;
 use dgd_compiler::model::Model;
-use dgd_compiler::source::Sources;
+use dgd_compiler::source::SourceMap;
 use dgd_runtime::parallel::in_parallel;
 
-use crate::fit::{Data, Fitted};
+use crate::fit::{FittedStructure, SearchData};
 use crate::library::BaseModel;
-use crate::missing_input::{MissingTerms, Place, PlaceKind, free_places};
-use crate::search::Search;
-use columns::{Draft, MOST_TERMS, drafts};
-pub(crate) use inserted::Inserted;
+use crate::missing_input::{MissingPlace, MissingTerms, PlaceKind, free_places};
+use crate::search::EffectSearch;
+use columns::{LawDraft, MOST_TERMS, drafts};
+pub(crate) use inserted::FittedTerms;
 pub use inserted::LawTerm;
-pub(crate) use judged::Named;
-use sighting::Sighting;
-use terms::Vocabulary;
+pub(crate) use judged::NamedTemplates;
+use sighting::FollowedRecordings;
+use terms::TermVocabulary;
 
 /// Number of sets of each size that are fitted by simulation; half as many each if places are also examined alone.
 const OF_EACH_SIZE: [usize; MOST_TERMS] = [8, 4, 4, 4];
@@ -55,26 +55,26 @@ const HOPEFUL: f64 = 10.0;
 
 /// The data for a search.
 #[derive(Clone, Copy)]
-pub(crate) struct Laws<'a> {
+pub(crate) struct LawSearch<'a> {
     pub(crate) base: &'a BaseModel,
-    pub(crate) sources: &'a Sources,
+    pub(crate) sources: &'a SourceMap,
     pub(crate) model: &'a Model,
-    pub(crate) fitted: &'a Fitted,
-    pub(crate) data: &'a Data<'a>,
+    pub(crate) fitted: &'a FittedStructure,
+    pub(crate) data: &'a SearchData<'a>,
     pub(crate) threads: usize,
 }
 
 /// A set of terms to be fitted, with the sighting that suggests it.
 #[derive(Clone)]
-struct Proposed {
-    draft: Draft,
-    sighting: Arc<Sighting>,
-    begin: Begin,
+struct ProposedTerms {
+    draft: LawDraft,
+    sighting: Arc<FollowedRecordings>,
+    begin: FitOrigin,
 }
 
 /// Where the fit of a proposed set begins.
 #[derive(Debug, Clone, Copy)]
-enum Begin {
+enum FitOrigin {
     /// At the states of the sighting in all recordings.
     All,
     /// At those of one recording; the start values of the others follow from its fit.
@@ -83,68 +83,75 @@ enum Begin {
 
 /// The result of the search for a law.
 #[derive(Debug)]
-pub(crate) struct Looked {
-    pub(crate) answer: Answer,
+pub(crate) struct LawSearchResult {
+    pub(crate) answer: LawAnswer,
     /// Equations that lack something together, in a smoother with a free input in each equation.
     pub(crate) lacking: Vec<String>,
 }
 
 /// Whether a law explains the recordings.
 #[derive(Debug)]
-pub(crate) enum Answer {
+pub(crate) enum LawAnswer {
     /// No law: named effects keep their names, and a discrepancy without a name stays without one.
     Nothing,
     /// Laws in other equations explain the recordings as well as the effects that were named, or as the best law; none
     /// are given if the validation recordings confirm none.
-    Doubt(Vec<Inserted>),
+    Doubt(Vec<FittedTerms>),
     /// A law.
-    Law(Box<Law>),
+    Law(Box<AnsweringLaw>),
 }
 
-impl Looked {
+impl LawSearchResult {
     /// No law, because none was sought.
-    pub(crate) const NOTHING: Looked = Looked { answer: Answer::Nothing, lacking: Vec::new() };
+    pub(crate) const NOTHING: LawSearchResult =
+        LawSearchResult { answer: LawAnswer::Nothing, lacking: Vec::new() };
 }
 
-impl Answer {
+impl LawAnswer {
     /// Σ ε² + k ln N of the best law, infinite if the validation recordings confirm none.
     pub(crate) fn cost(&self) -> Option<f64> {
         match self {
-            Answer::Nothing => None,
-            Answer::Doubt(rivals) => Some(rivals.first().map_or(f64::INFINITY, Inserted::cost)),
-            Answer::Law(law) => Some(law.inserted.cost()),
+            LawAnswer::Nothing => None,
+            LawAnswer::Doubt(rivals) => {
+                Some(rivals.first().map_or(f64::INFINITY, FittedTerms::cost))
+            }
+            LawAnswer::Law(law) => Some(law.inserted.cost()),
         }
     }
 }
 
 /// Laws that leave only noise.
-struct Explaining {
+struct SufficientLaws {
     /// Those that the validation recordings confirm, the best first.
-    laws: Vec<Inserted>,
+    laws: Vec<FittedTerms>,
     /// Whether there is a plain one that they do not confirm.
     is_unconfirmed: bool,
 }
 
 /// A law that is an answer.
 #[derive(Debug)]
-pub(crate) struct Law {
-    pub(crate) inserted: Inserted,
+pub(crate) struct AnsweringLaw {
+    pub(crate) inserted: FittedTerms,
     /// Other formulas that leave no more than noise, each with the ratio of its root-mean-square residual.
     pub(crate) near: Vec<(String, f64)>,
 }
 
-impl Laws<'_> {
+impl LawSearch<'_> {
     /// Looks for a law, which has to explain the recordings better than templates that were named. The thresholds are
     /// those of the search for effects. Without validation recordings there is no law: four terms of thousands follow
     /// any recording.
-    pub(crate) fn search(&self, search: &Search<'_>, named: Option<&Named<'_>>) -> Looked {
+    pub(crate) fn search(
+        &self,
+        search: &EffectSearch<'_>,
+        named: Option<&NamedTemplates<'_>>,
+    ) -> LawSearchResult {
         if self.data.valid.is_empty() {
-            return Looked::NOTHING;
+            return LawSearchResult::NOTHING;
         }
         let engine = self.base.engine;
         let terms =
             MissingTerms::scaled(self.model, self.data.scales, engine, &mut Diagnostics::default());
-        let Ok(terms) = terms else { return Looked::NOTHING };
+        let Ok(terms) = terms else { return LawSearchResult::NOTHING };
         let places = terms.places();
         let equations: Vec<usize> =
             (0..places.len()).filter(|i| places[*i].kind == PlaceKind::Equation).collect();
@@ -154,45 +161,50 @@ impl Laws<'_> {
         let is_hidden = self.data.noise.iter().flatten().count() < equations.len();
         let labels: Vec<&str> = equations.iter().map(|i| &*places[*i].name).collect();
         if named.is_some_and(|named| !named.is_open(&labels, is_hidden)) {
-            return Looked::NOTHING;
+            return LawSearchResult::NOTHING;
         }
         let every_recording = 0..self.data.train.len();
         let mut is_unconfirmed = false;
         let mut lacking: Option<Vec<String>> = None;
-        let mut laws_for = |around: &Laws<'_>,
+        let mut laws_for = |around: &LawSearch<'_>,
                             suspected: Vec<Vec<usize>>,
                             recordings: Range<usize>,
-                            vocabulary: Vocabulary| {
+                            vocabulary: TermVocabulary| {
             let (proposed, first) = around.proposed(&terms, suspected, recordings, vocabulary);
             let name = |place: usize| places[place].name.clone();
             lacking.get_or_insert_with(|| first.into_iter().map(name).collect());
-            let Explaining { laws, is_unconfirmed: own } =
+            let SufficientLaws { laws, is_unconfirmed: own } =
                 around.explaining(search, places, &proposed);
             is_unconfirmed |= own;
             laws
         };
-        let mut laws =
-            laws_for(self, self.together(&physical), every_recording.clone(), Vocabulary::Smooth);
+        let mut laws = laws_for(
+            self,
+            self.together(&physical),
+            every_recording.clone(),
+            TermVocabulary::Smooth,
+        );
         // Between recordings, states that are not read may differ arbitrarily; within one, they are continuous.
         if is_hidden && every_recording.len() > 1 {
             for r in every_recording.clone().take(ALONE) {
                 if laws.is_empty() {
-                    laws = laws_for(self, self.together(&physical), r..r + 1, Vocabulary::Smooth);
+                    laws =
+                        laws_for(self, self.together(&physical), r..r + 1, TermVocabulary::Smooth);
                 }
             }
         }
         // A free parameter may be a law.
         if laws.is_empty() && named.is_none() {
             let places = free.iter().map(|free| vec![free.place]).collect();
-            laws = laws_for(self, places, every_recording.clone(), Vocabulary::Smooth);
+            laws = laws_for(self, places, every_recording.clone(), TermVocabulary::Smooth);
             // The base model's parameters may have hidden a plainer term of an equation, which those of the law show.
             let of_law = laws.first().map(|law| law.parameters_for(self.fitted));
             let of_equations = of_law.map_or_else(Vec::new, |fitted| {
-                let around = Laws { fitted: &fitted, ..*self };
-                let smooth = Vocabulary::Smooth;
+                let around = LawSearch { fitted: &fitted, ..*self };
+                let smooth = TermVocabulary::Smooth;
                 laws_for(&around, self.together(&physical), every_recording.clone(), smooth)
             });
-            let cost = |laws: &[Inserted]| laws.first().map_or(f64::INFINITY, Inserted::cost);
+            let cost = |laws: &[FittedTerms]| laws.first().map_or(f64::INFINITY, FittedTerms::cost);
             if cost(&of_equations) < cost(&laws) {
                 laws = of_equations;
             }
@@ -203,46 +215,46 @@ impl Laws<'_> {
                 self,
                 self.together(&equations),
                 every_recording.clone(),
-                Vocabulary::Smooth,
+                TermVocabulary::Smooth,
             );
         }
         // Terms that act in one regime only, which a sum of smooth ones follows less plainly.
-        if !laws.iter().any(Inserted::has_one_term_each) {
-            laws.extend(laws_for(self, vec![physical], every_recording, Vocabulary::Regimes));
+        if !laws.iter().any(FittedTerms::has_one_term_each) {
+            laws.extend(laws_for(self, vec![physical], every_recording, TermVocabulary::Regimes));
             laws.sort_by(|a, b| a.cost().total_cmp(&b.cost()));
         }
         // Sums of many terms follow any recording of a few states.
         if is_hidden {
-            laws.retain(Inserted::is_plain);
+            laws.retain(FittedTerms::is_plain);
         }
         // Effects that leave more than a law does are not named, even if recordings do not confirm the law.
         if laws.is_empty() && named.is_none() && is_hidden && is_unconfirmed {
-            return Looked {
-                answer: Answer::Doubt(Vec::new()),
+            return LawSearchResult {
+                answer: LawAnswer::Doubt(Vec::new()),
                 lacking: lacking.unwrap_or_default(),
             };
         }
         let answer = judged::answer(laws, named, self.data, &labels, is_hidden);
-        Looked { answer, lacking: lacking.unwrap_or_default() }
+        LawSearchResult { answer, lacking: lacking.unwrap_or_default() }
     }
 
     /// Laws that leave only noise.
     fn explaining(
         &self,
-        search: &Search<'_>,
-        places: &[Place],
-        proposed: &[Proposed],
-    ) -> Explaining {
-        let Laws { base, sources, model, data, threads, .. } = *self;
+        search: &EffectSearch<'_>,
+        places: &[MissingPlace],
+        proposed: &[ProposedTerms],
+    ) -> SufficientLaws {
+        let LawSearch { base, sources, model, data, threads, .. } = *self;
         let begun = in_parallel(self.fitted, proposed.len(), threads, |fitted, k| {
             if data.is_over() {
                 return None;
             }
-            let laws = Laws { base, sources, model, fitted, data, threads };
+            let laws = LawSearch { base, sources, model, fitted, data, threads };
             Some((&proposed[k], laws.insert(places, &proposed[k])?))
         });
-        let mut begun: Vec<(&Proposed, Inserted)> = begun.into_iter().flatten().collect();
-        let left = |one: &Inserted| one.fitted.mean_square();
+        let mut begun: Vec<(&ProposedTerms, FittedTerms)> = begun.into_iter().flatten().collect();
+        let left = |one: &FittedTerms| one.fitted.mean_square();
         let least = begun.iter().map(|(_, one)| left(one)).fold(f64::INFINITY, f64::min);
         begun.retain(|(_, one)| left(one) <= HOPEFUL * least.max(1.0));
         let mut fits =
@@ -262,19 +274,24 @@ impl Laws<'_> {
     ///
     /// Terms are ranked along one smoothed course of the states, where a factor may compensate for errors that a
     /// simulation does not have.
-    fn simplified(&self, places: &[Place], proposed: &Proposed, fit: &Inserted) -> Vec<Inserted> {
-        let Laws { base, sources, model, data, threads, .. } = *self;
+    fn simplified(
+        &self,
+        places: &[MissingPlace],
+        proposed: &ProposedTerms,
+        fit: &FittedTerms,
+    ) -> Vec<FittedTerms> {
+        let LawSearch { base, sources, model, data, threads, .. } = *self;
         let sighting = &proposed.sighting;
         let mut draft = fit.draft(&proposed.draft);
         let (mut all, mut cost) = (Vec::new(), fit.cost());
         while !data.is_over() {
             let simpler = draft.simpler(sighting);
             let fits = in_parallel(self.fitted, simpler.len(), threads, |fitted, k| {
-                let laws = Laws { base, sources, model, fitted, data, threads };
-                let proposed = Proposed { draft: simpler[k].clone(), ..proposed.clone() };
+                let laws = LawSearch { base, sources, model, fitted, data, threads };
+                let proposed = ProposedTerms { draft: simpler[k].clone(), ..proposed.clone() };
                 Some((k, laws.insert(places, &proposed)?.finished(data)))
             });
-            let fits: Vec<(usize, Inserted)> = fits.into_iter().flatten().collect();
+            let fits: Vec<(usize, FittedTerms)> = fits.into_iter().flatten().collect();
             let best = fits.iter().min_by(|(_, a), (_, b)| a.cost().total_cmp(&b.cost()));
             let next = best.filter(|(_, next)| next.cost() < cost);
             let next = next.map(|(k, next)| (next.cost(), next.draft(&simpler[*k])));
@@ -302,38 +319,38 @@ impl Laws<'_> {
         terms: &MissingTerms,
         suspected: Vec<Vec<usize>>,
         recordings: Range<usize>,
-        vocabulary: Vocabulary,
-    ) -> (Vec<Proposed>, Vec<usize>) {
+        vocabulary: TermVocabulary,
+    ) -> (Vec<ProposedTerms>, Vec<usize>) {
         let mut first = None;
-        let mut proposals: Vec<Proposed> = Vec::new();
+        let mut proposals: Vec<ProposedTerms> = Vec::new();
         let is_alone = recordings.len() < self.data.train.len();
-        let begin = if is_alone { Begin::Alone(recordings.start) } else { Begin::All };
+        let begin = if is_alone { FitOrigin::Alone(recordings.start) } else { FitOrigin::All };
         let mut of_each_size =
             if suspected.len() > 1 { OF_EACH_SIZE.map(|n| n.div_ceil(2)) } else { OF_EACH_SIZE };
-        if vocabulary == Vocabulary::Regimes {
+        if vocabulary == TermVocabulary::Regimes {
             of_each_size[MOST_IN_REGIMES..].fill(0);
         }
         for places in suspected {
             if self.data.is_over() {
                 break;
             }
-            let sighting = Sighting::new(self, terms, &places, recordings.clone());
+            let sighting = FollowedRecordings::new(self, terms, &places, recordings.clone());
             first.get_or_insert_with(|| {
                 sighting.as_ref().map_or_else(Vec::new, |sighting| sighting.places.clone())
             });
             let Some(sighting) = sighting else { continue };
             let best_drafts = chosen(drafts(&sighting, vocabulary, self.threads), of_each_size);
             let sighting = Arc::new(sighting);
-            proposals.extend(best_drafts.into_iter().map(|draft| Proposed {
+            proposals.extend(best_drafts.into_iter().map(|draft| ProposedTerms {
                 draft,
                 sighting: sighting.clone(),
                 begin,
             }));
         }
         proposals.sort_by(|a, b| a.draft.cost.total_cmp(&b.draft.cost));
-        let mut earlier: Vec<Draft> = Vec::new();
+        let mut earlier: Vec<LawDraft> = Vec::new();
         proposals.retain(|one| {
-            let is_same = |other: &Draft| {
+            let is_same = |other: &LawDraft| {
                 other.is_part_of(&one.draft) && one.draft.terms.len() == other.terms.len()
             };
             let is_new = !earlier.iter().any(is_same);
@@ -348,13 +365,13 @@ impl Laws<'_> {
 ///
 /// Sizes are not compared here. A linear model from sample to sample is inaccurate where the plant is fast, and prefers
 /// terms that compensate for that; a simulation does not.
-fn chosen(drafts: Vec<Draft>, of_each_size: [usize; MOST_TERMS]) -> Vec<Draft> {
-    let mut kept: Vec<Draft> = Vec::new();
+fn chosen(drafts: Vec<LawDraft>, of_each_size: [usize; MOST_TERMS]) -> Vec<LawDraft> {
+    let mut kept: Vec<LawDraft> = Vec::new();
     let mut of_size = [0; MOST_TERMS];
     for draft in drafts {
         let size = draft.terms.len() - 1;
         let count = &mut of_size[size];
-        let is_idle = |better: &Draft| better.is_part_of(&draft) || draft.is_twin_of(better);
+        let is_idle = |better: &LawDraft| better.is_part_of(&draft) || draft.is_twin_of(better);
         if *count < of_each_size[size] && !kept.iter().any(is_idle) {
             *count += 1;
             kept.push(draft);

@@ -6,10 +6,12 @@ use std::ops::Range;
 use dgd_identify::Recording;
 use dgd_runtime::{Direction, System};
 
-use super::Laws;
-use crate::guess::{Factor, Shape, names, with_differences};
-use crate::library::Values;
-use crate::missing_input::{Joint, MissingTerms, Path, Recorded, free_places};
+use super::LawSearch;
+use crate::guess::{FormulaFactor, FormulaShape, names, with_differences};
+use crate::library::CarriedValues;
+use crate::missing_input::{
+    JointModel, JointRecording, MissingTerms, SmoothedRecording, free_places,
+};
 
 /// Largest number of states and unknown inputs of the smoother, whose time grows with the cube of it.
 const MOST_STATES: usize = 60;
@@ -19,13 +21,13 @@ const READINGS: usize = 1500;
 const FEWEST: usize = 100;
 
 /// The training recordings, followed with unknown inputs at some places.
-pub(super) struct Sighting {
-    pub(super) paths: Vec<Path>,
+pub(super) struct FollowedRecordings {
+    pub(super) paths: Vec<SmoothedRecording>,
     /// Places at which something was missing, each with the intensity of its walk …
     pub(super) walks: Vec<(usize, f64)>,
     /// … and those of them that stand out.
     pub(super) places: Vec<usize>,
-    pub(super) names: Vec<Factor>,
+    pub(super) names: Vec<FormulaFactor>,
     /// Values of each name at the samples of each path.
     values: Vec<Vec<Vec<f64>>>,
     /// Start values of each of its recordings, by name.
@@ -34,15 +36,15 @@ pub(super) struct Sighting {
     pub(super) free: Vec<(usize, f64)>,
 }
 
-impl Sighting {
+impl FollowedRecordings {
     /// Follows training recordings with unknown inputs at these places; `None` if one cannot be followed.
     pub(super) fn new(
-        laws: &Laws<'_>,
+        laws: &LawSearch<'_>,
         terms: &MissingTerms,
         places: &[usize],
         recordings: Range<usize>,
     ) -> Option<Self> {
-        let Laws { fitted, data, model, .. } = laws;
+        let LawSearch { fitted, data, model, .. } = laws;
         let system = &fitted.structure.system;
         let unknowns = &system.signature().unknowns;
         let states = unknowns.differential().count();
@@ -55,8 +57,8 @@ impl Sighting {
         let samples: Vec<(Vec<f64>, Vec<f64>)> =
             train.iter().map(|recording| sampled(recording, most)).collect();
         let starts: Vec<_> = recordings.map(|r| fitted.values.starts(system, r)).collect();
-        let recorded: Vec<Recorded<'_>> = (train.iter().zip(&samples).zip(&starts))
-            .map(|((recording, (times, measured)), start)| Recorded {
+        let recorded: Vec<JointRecording<'_>> = (train.iter().zip(&samples).zip(&starts))
+            .map(|((recording, (times, measured)), start)| JointRecording {
                 inputs: &recording.inputs,
                 times,
                 measured,
@@ -64,7 +66,7 @@ impl Sighting {
             })
             .collect();
         let p = if fitted.runs_away(data) {
-            Values::default().parameters(system)
+            CarriedValues::default().parameters(system)
         } else {
             fitted.p.clone()
         };
@@ -77,7 +79,7 @@ impl Sighting {
             .collect();
         let free_starts = &free_starts;
         let (noise, options) = (&data.noise, &data.options);
-        let joint = Joint { terms, places, free_starts, p: &p, noise, options };
+        let joint = JointModel { terms, places, free_starts, p: &p, noise, options };
         let (paths, q) = joint.paths(&recorded)?;
         let stand_out = joint.standing_out(&paths, &q);
         let walks = places.iter().copied().zip(q).collect();
@@ -85,7 +87,7 @@ impl Sighting {
 
         let names = names(model);
         let n_inputs = model.inputs.len();
-        let along = |path: &Path, i: usize| -> Vec<f64> {
+        let along = |path: &SmoothedRecording, i: usize| -> Vec<f64> {
             let solution = &path.trajectory;
             // Weights of readings are inputs that follow the model's own.
             let stride = path.u.len() / solution.times.len().max(1);
@@ -99,7 +101,7 @@ impl Sighting {
             (0..solution.times.len()).map(value).collect()
         };
         let plain = names.iter().filter(|name| name.difference.is_none()).count();
-        let values_along = |path: &Path| {
+        let values_along = |path: &SmoothedRecording| {
             let mut values = (0..plain).map(|i| along(path, i)).collect();
             with_differences(&names, &mut values);
             values
@@ -113,7 +115,7 @@ impl Sighting {
             .collect();
         let free = free_places(terms, fitted);
         let free = free.into_iter().map(|free| (free.place, free.size)).collect();
-        Some(Sighting { paths, walks, places, names, values, starts, free })
+        Some(FollowedRecordings { paths, walks, places, names, values, starts, free })
     }
 
     /// Least and largest value of each name.
@@ -134,7 +136,7 @@ impl Sighting {
     }
 
     /// Values of a shape along each path.
-    pub(super) fn formed(&self, shape: &Shape) -> Vec<Vec<f64>> {
+    pub(super) fn formed(&self, shape: &FormulaShape) -> Vec<Vec<f64>> {
         let of_path = |values: &Vec<Vec<f64>>| {
             let count = values.first().map_or(0, Vec::len);
             (0..count).map(|k| shape.value(|name| values[name][k])).collect()
@@ -143,8 +145,8 @@ impl Sighting {
     }
 
     /// Values of a shape between the samples of each path: means of those at both ends, with the mean of each input.
-    pub(super) fn formed_between(&self, shape: &Shape) -> Vec<Vec<f64>> {
-        let of_path = |(path, values): (&Path, &Vec<Vec<f64>>)| {
+    pub(super) fn formed_between(&self, shape: &FormulaShape) -> Vec<Vec<f64>> {
+        let of_path = |(path, values): (&SmoothedRecording, &Vec<Vec<f64>>)| {
             let count = path.trajectory.times.len();
             let stride = path.u.len() / count.max(1);
             // Inputs come before time; in `u_between`, weights of readings follow them.

@@ -2,7 +2,7 @@
 
 use dgd_compiler::units::Dimension;
 
-use crate::guess::{FORMS, Factor, Form, Inner, Shape};
+use crate::guess::{FORMS, FactorForm, FormConstant, FormulaFactor, FormulaShape};
 
 /// Number of names in products; the best by themselves if there are more.
 pub(super) const IN_PRODUCTS: usize = 6;
@@ -11,37 +11,44 @@ pub(super) const DIFFERENCES: usize = 3;
 
 /// The inner constants that terms may have.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Vocabulary {
+pub(super) enum TermVocabulary {
     /// Sizes at which they bend.
     Smooth,
     /// Thresholds at which a regime begins or ends, and differences of names.
     Regimes,
 }
 
-impl Vocabulary {
+impl TermVocabulary {
     /// Whether terms read a name. A difference is a sum of two smooth terms, so smooth ones do without.
-    pub(super) fn reads(self, name: &Factor) -> bool {
-        self == Vocabulary::Regimes || name.difference.is_none()
+    pub(super) fn reads(self, name: &FormulaFactor) -> bool {
+        self == TermVocabulary::Regimes || name.difference.is_none()
     }
 
-    fn has(self, form: &Form) -> bool {
+    fn has(self, form: &FactorForm) -> bool {
         match form.inner {
-            Inner::None => true,
-            Inner::Parts => self == Vocabulary::Smooth,
-            Inner::Thresholds => self == Vocabulary::Regimes,
+            FormConstant::None => true,
+            FormConstant::Parts => self == TermVocabulary::Smooth,
+            FormConstant::Thresholds => self == TermVocabulary::Regimes,
         }
     }
 }
 
 /// Shapes of one name, and the constant.
-pub(super) fn single(names: &[Factor], values: &[Vec<f64>], vocabulary: Vocabulary) -> Vec<Shape> {
-    let mut shapes = vec![Shape::new(Vec::new())];
+pub(super) fn single(
+    names: &[FormulaFactor],
+    values: &[Vec<f64>],
+    vocabulary: TermVocabulary,
+) -> Vec<FormulaShape> {
+    let mut shapes = vec![FormulaShape::new(Vec::new())];
     for name in (0..names.len()).filter(|name| vocabulary.reads(&names[*name])) {
         for (i, form) in FORMS.iter().enumerate().filter(|(_, form)| vocabulary.has(form)) {
-            if form.inner == Inner::None {
-                shapes.push(Shape::new(vec![(name, i)]));
+            if form.inner == FormConstant::None {
+                shapes.push(FormulaShape::new(vec![(name, i)]));
             }
-            let with = |inner: f64| Shape { inner: Some(inner), ..Shape::new(vec![(name, i)]) };
+            let with = |inner: f64| FormulaShape {
+                inner: Some(inner),
+                ..FormulaShape::new(vec![(name, i)])
+            };
             shapes.extend(form.inner.constants(&values[name]).into_iter().map(with));
         }
     }
@@ -51,16 +58,16 @@ pub(super) fn single(names: &[Factor], values: &[Vec<f64>], vocabulary: Vocabula
 
 /// Products of functions of some names.
 pub(super) fn products(
-    names: &[Factor],
+    names: &[FormulaFactor],
     values: &[Vec<f64>],
     chosen: &[usize],
-    vocabulary: Vocabulary,
-) -> Vec<Shape> {
-    let forms_with = |is: fn(&Form) -> bool| -> Vec<usize> {
+    vocabulary: TermVocabulary,
+) -> Vec<FormulaShape> {
+    let forms_with = |is: fn(&FactorForm) -> bool| -> Vec<usize> {
         (0..FORMS.len()).filter(|form| is(&FORMS[*form])).collect()
     };
     let plain = forms_with(|form| form.in_products);
-    let mut inner = forms_with(|form| form.inner != Inner::None);
+    let mut inner = forms_with(|form| form.inner != FormConstant::None);
     inner.retain(|form| vocabulary.has(&FORMS[*form]));
     let powers = forms_with(|form| form.in_products && !form.of_numbers && form.power.0 > 0);
     let numbers = forms_with(|form| form.in_products && form.of_numbers);
@@ -89,13 +96,13 @@ pub(super) fn products(
             }
         }
     }
-    let shapes = factor_lists.into_iter().map(|factors| Shape::new(factors).in_order());
-    let mut shapes: Vec<Shape> = shapes.collect();
+    let shapes = factor_lists.into_iter().map(|factors| FormulaShape::new(factors).in_order());
+    let mut shapes: Vec<FormulaShape> = shapes.collect();
     // In a product with a threshold, the other factor is the quantity that the regime switches on; the first form is the
     // quantity itself.
     let beside: &[usize] = match vocabulary {
-        Vocabulary::Smooth => &powers,
-        Vocabulary::Regimes => &plain[..1],
+        TermVocabulary::Smooth => &powers,
+        TermVocabulary::Regimes => &plain[..1],
     };
     for &a in chosen {
         for &form in &inner {
@@ -103,7 +110,10 @@ pub(super) fn products(
                 for &b in chosen {
                     for &g in beside {
                         let factors = vec![(a, form), (b, g)];
-                        shapes.push(Shape { inner: Some(constant), ..Shape::new(factors) });
+                        shapes.push(FormulaShape {
+                            inner: Some(constant),
+                            ..FormulaShape::new(factors)
+                        });
                     }
                 }
             }
@@ -119,7 +129,11 @@ const MOST_COMPLEX: u32 = 7;
 const MOST_OF_THREE: u32 = 4;
 
 /// Whether the names have values and units for all its forms.
-pub(super) fn is_defined(shape: &Shape, names: &[Factor], values: &[Vec<f64>]) -> bool {
+pub(super) fn is_defined(
+    shape: &FormulaShape,
+    names: &[FormulaFactor],
+    values: &[Vec<f64>],
+) -> bool {
     shape.forms().all(|(name, form)| {
         let is_number =
             names[name].unit.dimension == Dimension::ONE && names[name].unit.factor == 1.0;
@@ -133,8 +147,8 @@ mod tests {
 
     use super::*;
 
-    fn names() -> Vec<Factor> {
-        let factor = |name: &str, unit: &str| Factor {
+    fn names() -> Vec<FormulaFactor> {
+        let factor = |name: &str, unit: &str| FormulaFactor {
             name: name.to_owned(),
             unit: parse_unit(unit).expect("a unit"),
             difference: None,
@@ -147,13 +161,13 @@ mod tests {
         vec![along(|t| 1.0 + t), along(|t| (2.0 * t).sin()), along(|t| 2.0 + t.cos())]
     }
 
-    fn texts(shapes: &[Shape]) -> Vec<String> {
+    fn texts(shapes: &[FormulaShape]) -> Vec<String> {
         shapes.iter().map(|shape| shape.text(&names())).collect()
     }
 
     #[test]
     fn only_numbers_have_sines() {
-        let single = texts(&single(&names(), &values(), Vocabulary::Smooth));
+        let single = texts(&single(&names(), &values(), TermVocabulary::Smooth));
         assert!(single.contains(&" * sin(a)".to_owned()));
         assert!(!single.iter().any(|text| text.contains("sin(q)") || text.contains("exp(q)")));
         // A quantity has one of its ratio to a constant.
@@ -162,8 +176,8 @@ mod tests {
 
     #[test]
     fn nothing_divides_by_what_passes_zero() {
-        let mut all = single(&names(), &values(), Vocabulary::Smooth);
-        all.extend(products(&names(), &values(), &[0, 1, 2], Vocabulary::Smooth));
+        let mut all = single(&names(), &values(), TermVocabulary::Smooth);
+        all.extend(products(&names(), &values(), &[0, 1, 2], TermVocabulary::Smooth));
         let texts = texts(&all);
         assert!(texts.contains(&" * q/h".to_owned()), "{texts:?}");
         assert!(!texts.iter().any(|text| text.contains("/a") || text.contains("sqrt(a)")));
@@ -171,7 +185,7 @@ mod tests {
 
     #[test]
     fn products_have_up_to_three_names() {
-        let texts = texts(&products(&names(), &values(), &[0, 1, 2], Vocabulary::Smooth));
+        let texts = texts(&products(&names(), &values(), &[0, 1, 2], TermVocabulary::Smooth));
         for expected in [" * q*a", " * q*a*h", " * a*sin(a)", " * sin(a)*cos(a)", " * q*a^2*h"] {
             assert!(texts.contains(&expected.to_owned()), "{expected}: {texts:?}");
         }

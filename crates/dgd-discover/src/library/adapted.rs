@@ -29,9 +29,9 @@ use std::collections::BTreeMap;
 
 use dgd_compiler::effects::{Effect, bind};
 use dgd_compiler::expr::{ExprId, Symbol};
-use dgd_compiler::model::{Declared, Model};
+use dgd_compiler::model::{DeclarationHeader, Model};
 use dgd_compiler::syntax::ast::{
-    AttributeKind, Clause, ClauseKind, Expr, ExprKind, Factor, ItemKind, Target,
+    AttributeKind, ClauseKind, EffectClause, EffectTarget, Expr, ExprKind, FactorSide, ItemKind,
 };
 use dgd_compiler::units::Dimension;
 use dgd_identify::Recording;
@@ -39,19 +39,19 @@ use dgd_screen::usual_spacing;
 
 use super::balance::direction;
 use super::fields::is_of_the_field;
-use super::levels::Ranges;
+use super::levels::QuantityRanges;
 use super::number::signed;
 
 /// A template with its arguments.
-pub(crate) struct Adapted {
+pub(crate) struct AdaptedTemplate {
     pub effect: Effect,
     pub arguments: Vec<String>,
 }
 
 /// The scales for templates.
-pub(crate) struct Measure {
+pub(crate) struct TemplateScales {
     /// Ranges of the model's quantities and of the readings.
-    pub ranges: Ranges,
+    pub ranges: QuantityRanges,
     /// The strongest period in the residuals of the base model, s.
     pub period: Option<f64>,
 }
@@ -67,8 +67,8 @@ pub(crate) fn adapted(
     templates: &[Effect],
     model: &Model,
     recordings: &[Recording],
-    measure: &Measure,
-) -> Vec<Adapted> {
+    measure: &TemplateScales,
+) -> Vec<AdaptedTemplate> {
     let spacings = recordings.iter().filter_map(|recording| usual_spacing(&recording.times));
     let interval = spacings.fold(f64::INFINITY, f64::min);
     let length = |recording: &Recording| match recording.times.as_slice() {
@@ -86,12 +86,12 @@ pub(crate) fn adapted(
             |arguments: &Vec<String>| is_of_the_field(&template.name.text, arguments, model);
         for arguments in bind(template, model).into_iter().filter(is_own) {
             let quantity = |slot: &str| {
-                let Target::Template(slots) = &template.target else { return None };
+                let EffectTarget::Template(slots) = &template.target else { return None };
                 let place = slots.iter().position(|known| known.name.text == slot)?;
-                Quantity::new(arguments.get(place)?, model, &measure.ranges)
+                ArgumentRange::new(arguments.get(place)?, model, &measure.ranges)
             };
             let named = |slot: &str| {
-                let Target::Template(slots) = &template.target else { return None };
+                let EffectTarget::Template(slots) = &template.target else { return None };
                 arguments.get(slots.iter().position(|known| known.name.text == slot)?)
             };
             let value = |name: &str, slots: &[&str]| match (name, slots) {
@@ -110,14 +110,14 @@ pub(crate) fn adapted(
                     let least = least_loss(model, named(state)?, named(equation)?);
                     Some(least.is_finite().then_some(least))
                 }
-                (_, [slot]) => Quantity::named(name).map(|of| of(&quantity(slot)?)),
+                (_, [slot]) => ArgumentRange::named(name).map(|of| of(&quantity(slot)?)),
                 _ => None,
             };
             let mut effect = template.clone();
             turn(&mut effect, |slot| direction(model, named(slot)?, |_| true));
             let is_spread = spread(&mut effect, |slot| named(slot).cloned(), model);
             if is_spread && settle_all(&mut effect, &value).is_some() {
-                adapted.push(Adapted { effect, arguments });
+                adapted.push(AdaptedTemplate { effect, arguments });
             }
         }
     }
@@ -180,7 +180,7 @@ fn spread(effect: &mut Effect, named: impl Fn(&str) -> Option<String>, model: &M
 }
 
 /// A clause that replaces something in this equation.
-fn in_equation(clause: &Clause, label: &str) -> Clause {
+fn in_equation(clause: &EffectClause, label: &str) -> EffectClause {
     let mut replaced = clause.clone();
     if let ClauseKind::Replace { equation: Some(equation), .. } = &mut replaced.kind {
         label.clone_into(&mut equation.text);
@@ -208,23 +208,23 @@ fn turn(effect: &mut Effect, direction: impl Fn(&str) -> Option<f64>) {
 }
 
 /// The range of a template's argument, in its unit.
-struct Quantity {
+struct ArgumentRange {
     least: f64,
     largest: f64,
     has_unit: bool,
 }
 
-impl Quantity {
-    fn new(name: &str, model: &Model, ranges: &Ranges) -> Option<Quantity> {
+impl ArgumentRange {
+    fn new(name: &str, model: &Model, ranges: &QuantityRanges) -> Option<ArgumentRange> {
         let inputs = model.inputs.iter().map(|input| &input.declared);
         let unknowns = model.unknowns.iter().map(|unknown| &unknown.declared);
         let outputs = model.outputs.iter().map(|output| &output.declared);
         let mut quantities = inputs.chain(unknowns).chain(outputs);
-        let declared: &Declared = quantities.find(|declared| declared.name == name)?;
+        let declared: &DeclarationHeader = quantities.find(|declared| declared.name == name)?;
         let (_, _, a, b) = ranges.iter().find(|(known, ..)| known == name)?;
         let factor = declared.unit.factor.abs();
         let has_unit = declared.unit.dimension != Dimension::ONE;
-        (a.is_finite() && b.is_finite()).then_some(Quantity {
+        (a.is_finite() && b.is_finite()).then_some(ArgumentRange {
             least: a / factor,
             largest: b / factor,
             has_unit,
@@ -232,7 +232,7 @@ impl Quantity {
     }
 
     /// The function that computes a name such as `size` from a quantity, if the name exists.
-    fn named(name: &str) -> Option<fn(&Quantity) -> Option<f64>> {
+    fn named(name: &str) -> Option<fn(&ArgumentRange) -> Option<f64>> {
         Some(match name {
             // A quantity that stays at zero has the size of its unit.
             "size" => |of| {
@@ -256,7 +256,7 @@ impl Quantity {
 }
 
 /// Replaces names by numbers everywhere in a template; `None` if one has no number.
-fn settle_all(effect: &mut Effect, meaning: &Meaning<'_>) -> Option<()> {
+fn settle_all(effect: &mut Effect, meaning: &NameLookup<'_>) -> Option<()> {
     for item in &mut effect.ast.items {
         let ItemKind::Parameter { value, attributes, .. } = &mut item.kind else { continue };
         settle(value, meaning)?;
@@ -265,7 +265,9 @@ fn settle_all(effect: &mut Effect, meaning: &Meaning<'_>) -> Option<()> {
                 AttributeKind::Bounds(lower, upper) => {
                     for bound in [lower, upper] {
                         let Some(own) = bound else { continue };
-                        if let Value::Number(f64::NEG_INFINITY, true) = value_of(own, meaning) {
+                        if let ProductValue::Number(f64::NEG_INFINITY, true) =
+                            value_of(own, meaning)
+                        {
                             *bound = None;
                         } else {
                             settle(own, meaning)?;
@@ -288,23 +290,23 @@ fn settle_all(effect: &mut Effect, meaning: &Meaning<'_>) -> Option<()> {
 
 /// Looks up a name in a template, with the arguments if it is called: `None` if the name has no meaning here,
 /// `Some(None)` if it has one but the recordings give no number for it.
-type Meaning<'a> = dyn Fn(&str, &[&str]) -> Option<Option<f64>> + 'a;
+type NameLookup<'a> = dyn Fn(&str, &[&str]) -> Option<Option<f64>> + 'a;
 
 /// Replaces an expression that contains such names by a number; `None` if one of them has no number.
-fn settle(expr: &mut Expr, meaning: &Meaning<'_>) -> Option<()> {
+fn settle(expr: &mut Expr, meaning: &NameLookup<'_>) -> Option<()> {
     match value_of(expr, meaning) {
-        Value::Number(value, true) => {
+        ProductValue::Number(value, true) => {
             *expr = signed(value, expr, |size| format!("{size}"));
             Some(())
         }
-        Value::Number(_, false) | Value::Other => Some(()),
-        Value::Missing => None,
+        ProductValue::Number(_, false) | ProductValue::Other => Some(()),
+        ProductValue::Missing => None,
     }
 }
 
 /// The value of a product of numbers and such names.
 #[derive(Clone, Copy)]
-enum Value {
+enum ProductValue {
     /// A number, and whether it contains a name.
     Number(f64, bool),
     /// A name in it has no number.
@@ -313,14 +315,14 @@ enum Value {
     Other,
 }
 
-fn value_of(expr: &Expr, meaning: &Meaning<'_>) -> Value {
+fn value_of(expr: &Expr, meaning: &NameLookup<'_>) -> ProductValue {
     let named = |found: Option<Option<f64>>| match found {
-        Some(Some(value)) => Value::Number(value, true),
-        Some(None) => Value::Missing,
-        None => Value::Other,
+        Some(Some(value)) => ProductValue::Number(value, true),
+        Some(None) => ProductValue::Missing,
+        None => ProductValue::Other,
     };
     match &expr.kind {
-        ExprKind::Number { value, unit: None, .. } => Value::Number(*value, false),
+        ExprKind::Number { value, unit: None, .. } => ProductValue::Number(*value, false),
         ExprKind::Name(name) => named(meaning(name, &[])),
         ExprKind::Group(inner) => value_of(inner, meaning),
         ExprKind::Call { function, arguments } => {
@@ -329,24 +331,25 @@ fn value_of(expr: &Expr, meaning: &Meaning<'_>) -> Value {
                 _ => None,
             });
             let names: Option<Vec<&str>> = names.collect();
-            names.map_or(Value::Other, |names| named(meaning(&function.text, &names)))
+            names.map_or(ProductValue::Other, |names| named(meaning(&function.text, &names)))
         }
         ExprKind::Product(factors) => {
-            let times =
-                |all: Value, (how, factor): &(Factor, Expr)| match (all, value_of(factor, meaning))
-                {
-                    (Value::Missing, _) | (_, Value::Missing) => Value::Missing,
-                    (Value::Number(a, of_a), Value::Number(b, of_b)) => {
-                        let product = match how {
-                            Factor::Times => a * b,
-                            Factor::Over => a / b,
-                        };
-                        Value::Number(product, of_a || of_b)
-                    }
-                    _ => Value::Other,
-                };
-            factors.iter().fold(Value::Number(1.0, false), times)
+            let times = |all: ProductValue, (how, factor): &(FactorSide, Expr)| match (
+                all,
+                value_of(factor, meaning),
+            ) {
+                (ProductValue::Missing, _) | (_, ProductValue::Missing) => ProductValue::Missing,
+                (ProductValue::Number(a, of_a), ProductValue::Number(b, of_b)) => {
+                    let product = match how {
+                        FactorSide::Times => a * b,
+                        FactorSide::Over => a / b,
+                    };
+                    ProductValue::Number(product, of_a || of_b)
+                }
+                _ => ProductValue::Other,
+            };
+            factors.iter().fold(ProductValue::Number(1.0, false), times)
         }
-        _ => Value::Other,
+        _ => ProductValue::Other,
     }
 }

@@ -58,7 +58,7 @@ fn one(a: Option<f64>, b: Option<f64>) -> Option<f64> {
 mod tests {
     use dgd_compiler::diagnostics::Diagnostics;
     use dgd_compiler::model::{ModelOptions, resolve};
-    use dgd_compiler::source::{Source, Sources};
+    use dgd_compiler::source::{SourceMap, SourceText};
     use dgd_compiler::syntax::parse;
 
     use super::*;
@@ -70,8 +70,8 @@ mod tests {
                 "model tank\nparameter A [m^2] = 2\ninput q [m^3/s]\nstate h [m] = 1\nstate g [m] = 1\n\
                  equation level: {equation}\nequation other: der(g) = h/(1 [s])\n"
             );
-            let (mut sources, mut diagnostics) = (Sources::default(), Diagnostics::default());
-            let id = sources.add(Source { name: "test.dgd".to_owned(), text });
+            let (mut sources, mut diagnostics) = (SourceMap::default(), Diagnostics::default());
+            let id = sources.add(SourceText { name: "test.dgd".to_owned(), text });
             let ast = parse(id, &sources, &mut diagnostics).expect("it can be read");
             let options = ModelOptions::default();
             let model = resolve(&[ast], &options, &mut diagnostics).expect("a model");

@@ -1,22 +1,22 @@
 //! Lists every way to apply the effects of a library to a model.
 
-use dgd_compiler::effects::{Application, Effect, Reach, bind};
+use dgd_compiler::effects::{Effect, EffectApplication, EffectReach, bind};
 use dgd_compiler::model::Model;
 use dgd_compiler::syntax::ast::Ast;
 use dgd_compiler::syntax::ast::{
-    Attribute, AttributeKind, ClauseKind, EffectKind, Expr, ExprKind, ItemKind, Name, SlotKind,
-    Target,
+    Attribute, AttributeKind, ClauseKind, EffectKind, EffectTarget, Expr, ExprKind, ItemKind, Name,
+    SlotKind,
 };
-use dgd_compiler::syntax::visit::{self, Part};
+use dgd_compiler::syntax::visit::{self, ItemPart};
 
-use super::adapted::Adapted;
+use super::adapted::AdaptedTemplate;
 use super::number::plain;
 
 /// An effect with possible arguments.
 #[derive(Debug, Clone)]
-pub(crate) struct Candidate<'a> {
+pub(crate) struct EffectCandidate<'a> {
     /// The effect and its arguments.
-    pub application: Application<'a>,
+    pub application: EffectApplication<'a>,
     /// Parameters of the effect file that are compared with time: they give an onset.
     pub onsets: Vec<String>,
     /// Parameters of the effect file that are delays.
@@ -24,33 +24,33 @@ pub(crate) struct Candidate<'a> {
     /// Whether it is a template that fits any model.
     pub is_generic: bool,
     /// The parts of the model that it replaces and hides.
-    pub reach: Reach,
+    pub reach: EffectReach,
     /// Whether it has constants without influence where the effect vanishes.
     pub has_inner: bool,
     /// Whether it brings unknowns of its own.
     pub brings_unknowns: bool,
 }
 
-impl<'a> Candidate<'a> {
+impl<'a> EffectCandidate<'a> {
     /// An effect with these arguments, with an empty reach.
     pub(crate) fn new(effect: &'a Effect, arguments: &[String], is_generic: bool) -> Self {
         let span = effect.name.span;
         let name = |text: &String| Name { text: text.clone(), span };
         let arguments = arguments.iter().map(name).collect();
         let (onsets, delays) = moments(effect);
-        Candidate {
-            application: Application { effect, arguments, span },
+        EffectCandidate {
+            application: EffectApplication { effect, arguments, span },
             onsets,
             delays,
             is_generic,
-            reach: Reach::default(),
+            reach: EffectReach::default(),
             has_inner: has_inner(effect),
             brings_unknowns: brings_unknowns(effect),
         }
     }
 }
 
-impl Candidate<'_> {
+impl EffectCandidate<'_> {
     /// Its realisation, if its family has several.
     pub(crate) fn form(&self) -> Option<String> {
         self.application.effect.form.as_ref().map(|form| form.text.clone())
@@ -72,13 +72,13 @@ impl Candidate<'_> {
     }
 
     /// Whether one of the two hides the other, so that they cannot be screened together.
-    pub(crate) fn excludes(&self, other: &Candidate<'_>) -> bool {
+    pub(crate) fn excludes(&self, other: &EffectCandidate<'_>) -> bool {
         self.reach.excludes(&other.reach)
     }
 
     /// Whether one of the two has a kink and both change the same name: at a kink without slope, such as a band of zero
     /// width, the other would seem to have no influence.
-    pub(crate) fn bends(&self, other: &Candidate<'_>) -> bool {
+    pub(crate) fn bends(&self, other: &EffectCandidate<'_>) -> bool {
         self.target() == other.target() && (self.has_kink() || other.has_kink())
     }
 
@@ -125,26 +125,28 @@ impl Candidate<'_> {
     /// Whether it is a template that takes an input.
     pub(crate) fn is_at_input(&self) -> bool {
         match &self.application.effect.target {
-            Target::Template(slots) => slots.iter().any(|slot| slot.kind == SlotKind::Input),
-            Target::Model(_) => false,
+            EffectTarget::Template(slots) => slots.iter().any(|slot| slot.kind == SlotKind::Input),
+            EffectTarget::Model(_) => false,
         }
     }
 
     /// Whether it is a template that takes any quantity of the model.
     pub(crate) fn depends_on_a_quantity(&self) -> bool {
         match &self.application.effect.target {
-            Target::Template(slots) => slots.iter().any(|slot| slot.kind == SlotKind::Quantity),
-            Target::Model(_) => false,
+            EffectTarget::Template(slots) => {
+                slots.iter().any(|slot| slot.kind == SlotKind::Quantity)
+            }
+            EffectTarget::Model(_) => false,
         }
     }
 
     /// Whether it is a template for a parameter.
     pub(crate) fn changes_a_parameter(&self) -> bool {
         match &self.application.effect.target {
-            Target::Template(slots) => {
+            EffectTarget::Template(slots) => {
                 slots.first().is_some_and(|slot| slot.kind == SlotKind::Parameter)
             }
-            Target::Model(_) => false,
+            EffectTarget::Model(_) => false,
         }
     }
 
@@ -164,14 +166,14 @@ pub(crate) fn candidates<'a>(
     library: &'a [Effect],
     asts: &[Ast],
     model: &Model,
-) -> Vec<Candidate<'a>> {
+) -> Vec<EffectCandidate<'a>> {
     let mut candidates = Vec::new();
     for effect in library.iter().filter(|effect| effect.changes_model()) {
         for arguments in bind(effect, model) {
-            let candidate = Candidate::new(effect, &arguments, false);
+            let candidate = EffectCandidate::new(effect, &arguments, false);
             // An effect that cannot be applied is refused later, and not screened together with others.
-            let reach = Reach::of(asts, &candidate.application).unwrap_or_default();
-            candidates.push(Candidate { reach, ..candidate });
+            let reach = EffectReach::find(asts, &candidate.application).unwrap_or_default();
+            candidates.push(EffectCandidate { reach, ..candidate });
         }
     }
     candidates
@@ -184,8 +186,8 @@ pub(crate) fn unbound(library: &[Effect], model: &Model) -> Vec<(String, String)
             return Some("only adds to the model and changes nothing in it".to_owned());
         }
         bind(effect, model).is_empty().then(|| match &effect.target {
-            Target::Model(name) => format!("is for the model `{}`", name.text),
-            Target::Template(_) => {
+            EffectTarget::Model(name) => format!("is for the model `{}`", name.text),
+            EffectTarget::Template(_) => {
                 "finds nothing in the model that it could be applied to".to_owned()
             }
         })
@@ -194,15 +196,18 @@ pub(crate) fn unbound(library: &[Effect], model: &Model) -> Vec<(String, String)
 }
 
 /// Candidates of templates that fit any model.
-pub(crate) fn generic<'a>(templates: &'a [Adapted], asts: &[Ast]) -> Vec<Candidate<'a>> {
+pub(crate) fn generic<'a>(
+    templates: &'a [AdaptedTemplate],
+    asts: &[Ast],
+) -> Vec<EffectCandidate<'a>> {
     let mut candidates = Vec::new();
-    for Adapted { effect, arguments } in templates {
+    for AdaptedTemplate { effect, arguments } in templates {
         if !effect.changes_model() {
             continue;
         }
-        let candidate = Candidate::new(effect, arguments, true);
-        let reach = Reach::of(asts, &candidate.application).unwrap_or_default();
-        candidates.push(Candidate { reach, ..candidate });
+        let candidate = EffectCandidate::new(effect, arguments, true);
+        let reach = EffectReach::find(asts, &candidate.application).unwrap_or_default();
+        candidates.push(EffectCandidate { reach, ..candidate });
     }
     candidates
 }
@@ -266,7 +271,7 @@ fn moments(effect: &Effect) -> (Vec<String>, Vec<String>) {
             parameters.push(name.text.clone());
         }
         visit::parts_mut(&mut item.clone(), &mut |part| {
-            if let Part::Expr(_, expr) = part {
+            if let ItemPart::Expr(_, expr) = part {
                 expressions.push(expr.clone());
             }
         });
@@ -313,7 +318,7 @@ fn collect_compared(expr: &Expr, names: &mut Vec<String>) {
     }
 }
 
-impl Candidate<'_> {
+impl EffectCandidate<'_> {
     /// Whether the declared value of a parameter of the effect file is its null.
     pub(crate) fn is_declared_at_null(&self, parameter: &str) -> bool {
         let ast = &self.application.effect.ast;
@@ -334,8 +339,8 @@ impl Candidate<'_> {
     pub(crate) fn target(&self) -> String {
         let effect = self.application.effect;
         let slots = match &effect.target {
-            Target::Template(slots) => slots.as_slice(),
-            Target::Model(_) => &[],
+            EffectTarget::Template(slots) => slots.as_slice(),
+            EffectTarget::Model(_) => &[],
         };
         let is_slot = |name: &Name| slots.iter().any(|slot| slot.name.text == name.text);
         let changed =

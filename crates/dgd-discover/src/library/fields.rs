@@ -67,5 +67,5 @@ fn is_angle(unit: &Unit) -> bool {
 
 /// The dimension with these exponents of length, mass and time.
 fn dimension([length, mass, time]: [i32; 3]) -> Dimension {
-    Dimension::of([mass, length, time, 0, 0, 0, 0])
+    Dimension::from_exponents([mass, length, time, 0, 0, 0, 0])
 }

@@ -1,6 +1,6 @@
 //! Appends inputs to those of a recording.
 
-use dgd_runtime::{Column, InputError, Inputs, Interpolation, Side};
+use dgd_runtime::{InputColumn, InputError, Inputs, Interpolation, LimitSide};
 
 /// A recording's inputs followed by `further` others, whose values on each side of a time `write` sets; they are zero
 /// before it is called.
@@ -11,7 +11,7 @@ pub(crate) fn with_further_inputs(
     inputs: &Inputs,
     times: &[f64],
     further: usize,
-    write: impl Fn(f64, Side, &mut [f64]),
+    write: impl Fn(f64, LimitSide, &mut [f64]),
 ) -> Result<Inputs, InputError> {
     let (samples, columns) = sampled(inputs, times, further, write);
     recorded(&samples, &columns)
@@ -35,7 +35,7 @@ fn sampled(
     inputs: &Inputs,
     times: &[f64],
     further: usize,
-    write: impl Fn(f64, Side, &mut [f64]),
+    write: impl Fn(f64, LimitSide, &mut [f64]),
 ) -> (Vec<f64>, Vec<Vec<f64>>) {
     let (from, until) = (times[0], times[times.len() - 1]);
     let mut grid = times.to_vec();
@@ -48,7 +48,8 @@ fn sampled(
     let mut columns = vec![Vec::with_capacity(2 * grid.len()); n_recorded + further];
     let mut u = vec![0.0; n_recorded + further];
     for &t in &grid {
-        let sides: &[Side] = if t == from { &[Side::Right] } else { &[Side::Left, Side::Right] };
+        let sides: &[LimitSide] =
+            if t == from { &[LimitSide::Right] } else { &[LimitSide::Left, LimitSide::Right] };
         for &side in sides {
             let (of_recording, behind) = u.split_at_mut(n_recorded);
             inputs.value(t, side, of_recording);
@@ -64,9 +65,9 @@ fn sampled(
 }
 
 fn recorded(samples: &[f64], columns: &[Vec<f64>]) -> Result<Inputs, InputError> {
-    let columns: Vec<Column<'_>> = columns
+    let columns: Vec<InputColumn<'_>> = columns
         .iter()
-        .map(|values| Column { name: "input", interpolation: Interpolation::Linear, values })
+        .map(|values| InputColumn { name: "input", interpolation: Interpolation::Linear, values })
         .collect();
     Inputs::recorded(samples, &columns)
 }

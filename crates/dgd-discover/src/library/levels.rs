@@ -1,16 +1,16 @@
 //! Ranges of a model's quantities, for grids of constants that are levels of them.
 
-use super::candidates::Candidate;
+use super::candidates::EffectCandidate;
 
 /// Name, unit, minimum and maximum of each unknown and each output.
-pub(crate) type Ranges = Vec<(String, String, f64, f64)>;
+pub(crate) type QuantityRanges = Vec<(String, String, f64, f64)>;
 
 /// The range of a template's argument, if a constant of the template has no bounds and the same unit, and so is a level
 /// of it.
 pub(crate) fn range_of(
-    candidate: &Candidate<'_>,
+    candidate: &EffectCandidate<'_>,
     unit: &str,
-    ranges: &Ranges,
+    ranges: &QuantityRanges,
 ) -> Option<(f64, f64)> {
     let arguments = &candidate.application.arguments;
     let range = ranges.iter().find(|(name, symbol, a, b)| {

@@ -1,7 +1,7 @@
 //! Lists effects that may be missing: effects and templates in, candidates and compiled structures out.
 //!
-//! A [`Candidate`] is an effect of the library, or one of the [`templates()`] that fit any model, with its arguments. A
-//! [`Structure`] is the compiled [`BaseModel`] with some of them.
+//! A [`EffectCandidate`] is an effect of the library, or one of the [`templates()`] that fit any model, with its arguments. A
+//! [`ModelStructure`] is the compiled [`BaseModel`] with some of them.
 
 mod adapted;
 mod balance;
@@ -16,14 +16,14 @@ mod structure;
 mod structure_id;
 mod templates;
 
-pub(crate) use adapted::{Adapted, Measure, adapted};
-pub(crate) use candidates::{Candidate, candidates, generic, unbound};
+pub(crate) use adapted::{AdaptedTemplate, TemplateScales, adapted};
+pub(crate) use candidates::{EffectCandidate, candidates, generic, unbound};
 pub(crate) use further_inputs::{with_constant_inputs, with_further_inputs};
-pub(crate) use levels::{Ranges, range_of};
+pub(crate) use levels::{QuantityRanges, range_of};
 pub(crate) use number::signed;
-pub use scale::Scales;
+pub use scale::OutputScales;
 pub(crate) use scale::is_weight;
 pub use structure::BaseModel;
-pub(crate) use structure::{Refused, Structure, Values};
+pub(crate) use structure::{CarriedValues, ModelStructure, StructureError};
 pub(crate) use structure_id::{MOST_EFFECTS, StructureId};
 pub use templates::templates;

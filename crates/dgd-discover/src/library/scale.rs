@@ -16,13 +16,13 @@ use std::collections::BTreeSet;
 
 use dgd_compiler::diagnostics::Diagnostics;
 use dgd_compiler::expr::intrinsics::IntrinsicId;
-use dgd_compiler::expr::{ExprId, Graph, Symbol};
-use dgd_compiler::model::{Declared, Density, Input, Interpolation, Model, resolve};
+use dgd_compiler::expr::{ExprGraph, ExprId, Symbol};
+use dgd_compiler::model::{DeclarationHeader, Density, Input, Interpolation, Model, resolve};
 use dgd_compiler::source::Span;
 use dgd_compiler::units::Unit;
-use dgd_identify::{OutputErrorProblem, Recording, Shape, evaluate};
+use dgd_identify::{NoiseShape, OutputErrorProblem, Recording, evaluate};
 use dgd_runtime::signature::Distribution;
-use dgd_runtime::{InputError, Inputs, Observations, Side, System};
+use dgd_runtime::{InputError, Inputs, LimitSide, Observations, System};
 
 use super::further_inputs::with_further_inputs;
 use super::structure::BaseModel;
@@ -34,8 +34,8 @@ const FAR_BELOW: f64 = 0.01;
 
 /// The scales of a model's outputs; outputs without a scale stay as they are.
 #[derive(Debug, Clone, Default, PartialEq)]
-pub struct Scales {
-    outputs: Vec<Scale>,
+pub struct OutputScales {
+    outputs: Vec<OutputScale>,
     /// Number of outputs, and of those that compute standard deviations, which are left out.
     count: usize,
     deviations: usize,
@@ -45,16 +45,16 @@ pub struct Scales {
 
 /// The scale of an output.
 #[derive(Debug, Clone, PartialEq)]
-struct Scale {
+struct OutputScale {
     output: usize,
     name: String,
-    stretch: Option<Stretch>,
-    weight: Option<Weight>,
+    stretch: Option<ScaleStretch>,
+    weight: Option<ReadingWeights>,
 }
 
 /// The weights of its readings, in addition to T.
 #[derive(Debug, Clone, PartialEq)]
-struct Weight {
+struct ReadingWeights {
     /// σ̄, if readings have standard deviations of their own.
     usual: Option<f64>,
     /// l of each recording, training recordings first.
@@ -63,14 +63,14 @@ struct Weight {
 
 /// T of the module.
 #[derive(Debug, Clone, Copy, PartialEq)]
-struct Stretch {
+struct ScaleStretch {
     floor: f64,
     slope: f64,
     /// −1 where all readings are below zero.
     sign: f64,
 }
 
-impl Stretch {
+impl ScaleStretch {
     fn new(floor: f64, readings: &[f64]) -> Self {
         let squares: f64 = readings.iter().map(|y| y * y).sum();
         let usual = squares / readings.len().max(1) as f64;
@@ -78,7 +78,7 @@ impl Stretch {
         Self { floor, slope: (floor * floor + usual).sqrt(), sign }
     }
 
-    fn of(self, y: f64) -> f64 {
+    fn compute(self, y: f64) -> f64 {
         let y = self.sign * y;
         self.sign * self.slope * ((y + (y * y + self.floor * self.floor).sqrt()) / self.floor).ln()
     }
@@ -87,7 +87,7 @@ impl Stretch {
         self.floor * (scaled / self.slope).sinh()
     }
 
-    fn expression(self, graph: &mut Graph, y: ExprId) -> ExprId {
+    fn expression(self, graph: &mut ExprGraph, y: ExprId) -> ExprId {
         let [floor, square, slope, sign] =
             [self.floor, self.floor * self.floor, self.sign * self.slope, self.sign]
                 .map(|value| graph.constant(value));
@@ -102,7 +102,7 @@ impl Stretch {
     }
 }
 
-fn call(graph: &mut Graph, name: &str, of: ExprId) -> ExprId {
+fn call(graph: &mut ExprGraph, name: &str, of: ExprId) -> ExprId {
     let function = IntrinsicId::find(name).expect("a function of the language");
     graph.call(function, &[of])
 }
@@ -112,7 +112,7 @@ pub(crate) fn is_weight(input: &str) -> bool {
     input.starts_with("weight(")
 }
 
-impl Scales {
+impl OutputScales {
     /// The scales in which readings of a model have even noise, from the noise that its outputs declare and from
     /// recorded standard deviations. `levels` are those of each recording and output, if they differ.
     ///
@@ -130,7 +130,7 @@ impl Scales {
         };
         let count = model.outputs.len() - model.densities.len();
         let recordings: Vec<&Recording> = train.iter().chain(valid).collect();
-        let spread = Spread::new(base, &model, train)?;
+        let spread = NoiseGrowth::new(base, &model, train)?;
         let mut outputs = Vec::new();
         for (output, declared) in model.outputs[..count].iter().enumerate() {
             let name = &declared.declared.name;
@@ -140,9 +140,9 @@ impl Scales {
                 levels.iter().map(|of_recording| of_recording[output]).collect()
             });
             let is_even = usual.is_none() && levels.iter().all(|level| *level == 1.0);
-            let weight = (!is_even).then_some(Weight { usual, levels });
+            let weight = (!is_even).then_some(ReadingWeights { usual, levels });
             if stretch.is_some() || weight.is_some() {
-                outputs.push(Scale { output, name: name.clone(), stretch, weight });
+                outputs.push(OutputScale { output, name: name.clone(), stretch, weight });
             }
         }
         let of_noise = only_of_noise(&model, count);
@@ -168,7 +168,7 @@ impl Scales {
         let mut model = self.without_deviations(model);
         for scale in self.outputs.iter().filter(|scale| scale.weight.is_some()) {
             model.inputs.push(Input {
-                declared: Declared {
+                declared: DeclarationHeader {
                     name: format!("weight({})", scale.name),
                     span: Span::default(),
                     unit: Unit::one(),
@@ -207,15 +207,19 @@ impl Scales {
         let mut columns = Vec::new();
         for scale in &self.outputs {
             let weights = scale.weight.as_ref().map(|weight| {
-                weight.of(recording.deviations_of(scale.output), position, recording.times.len())
+                weight.compute(
+                    recording.deviations_of(scale.output),
+                    position,
+                    recording.times.len(),
+                )
             });
             for (k, y) in scaled.measured[scale.output].iter_mut().flatten().enumerate() {
-                let stretched = scale.stretch.map_or(*y, |stretch| stretch.of(*y));
+                let stretched = scale.stretch.map_or(*y, |stretch| stretch.compute(*y));
                 *y = stretched * weights.as_ref().map_or(1.0, |weights| weights[k]);
             }
             columns.extend(weights);
         }
-        scaled.inputs = behind(&recording.inputs, &recording.times, &columns)?;
+        scaled.inputs = append_inputs(&recording.inputs, &recording.times, &columns)?;
         Ok(scaled)
     }
 
@@ -246,7 +250,7 @@ impl Scales {
             let weighted = self.outputs.iter().filter(|scale| scale.weight.is_some());
             let behind = weighted.clone().filter(|other| other.output >= output).count();
             let mut u = vec![0.0; inputs.len()];
-            inputs.value(t, Side::Right, &mut u);
+            inputs.value(t, LimitSide::Right, &mut u);
             value /= u[inputs.len() - behind];
         }
         scale.stretch.map_or(value, |stretch| stretch.inverse(value))
@@ -260,8 +264,8 @@ impl Scales {
     }
 }
 
-impl Weight {
-    fn of(&self, deviations: Option<&[f64]>, position: usize, samples: usize) -> Vec<f64> {
+impl ReadingWeights {
+    fn compute(&self, deviations: Option<&[f64]>, position: usize, samples: usize) -> Vec<f64> {
         let level = self.levels.get(position).copied().unwrap_or(1.0);
         let weight = |k: usize| match (self.usual, deviations) {
             (Some(usual), Some(all)) if all[k].is_finite() && all[k] > 0.0 => usual / all[k],
@@ -272,20 +276,20 @@ impl Weight {
 }
 
 /// How the noise that a model declares grows with its outputs.
-struct Spread<'m> {
+struct NoiseGrowth<'m> {
     model: &'m Model,
     /// Outputs at each sample of the recordings, if a σ is computed from them.
     simulated: Vec<Observations>,
     failure: Option<String>,
 }
 
-impl<'m> Spread<'m> {
+impl<'m> NoiseGrowth<'m> {
     fn new(base: &BaseModel, model: &'m Model, train: &[Recording]) -> Result<Self, String> {
         let is_computed = |density: &Density| {
             density.distribution != Distribution::LogNormal
                 && model.graph.value(model.outputs[density.deviation].value).is_none()
         };
-        let mut spread = Spread { model, simulated: Vec::new(), failure: None };
+        let mut spread = NoiseGrowth { model, simulated: Vec::new(), failure: None };
         if !model.densities.iter().any(is_computed) {
             return Ok(spread);
         }
@@ -307,7 +311,7 @@ impl<'m> Spread<'m> {
         output: usize,
         name: &str,
         all: &[&Recording],
-    ) -> Result<Option<Stretch>, String> {
+    ) -> Result<Option<ScaleStretch>, String> {
         let Some(density) = self.model.densities.iter().find(|density| density.output == output)
         else {
             return Ok(None);
@@ -323,7 +327,7 @@ impl<'m> Spread<'m> {
                     "a reading of `{name}` is {y} in SI units, and readings with log-normal noise are above zero"
                 ));
             }
-            return Ok(Some(Stretch::new(FAR_BELOW * smallest, &readings)));
+            return Ok(Some(ScaleStretch::new(FAR_BELOW * smallest, &readings)));
         }
         if let Some(why) = &self.failure {
             return Err(format!("the noise of `{name}` cannot be computed: {why}"));
@@ -332,10 +336,10 @@ impl<'m> Spread<'m> {
             (0..recording.times.len()).map(|k| observations.w(k))
         });
         let pairs: Vec<(f64, f64)> = samples.map(|w| (w[output], w[density.deviation])).collect();
-        let grows = Shape::of(&pairs, &readings);
+        let grows = NoiseShape::fit(&pairs, &readings);
         Ok(grows.map(|shape| {
             let floor = shape.bend().max(FAR_BELOW * smallest);
-            Stretch::new(floor, &readings)
+            ScaleStretch::new(floor, &readings)
         }))
     }
 }
@@ -396,7 +400,11 @@ fn only_of_noise(model: &Model, count: usize) -> Vec<String> {
 }
 
 /// Inputs followed by `further` others, which are linear between samples at `times`.
-fn behind(inputs: &Inputs, times: &[f64], further: &[Vec<f64>]) -> Result<Inputs, InputError> {
+fn append_inputs(
+    inputs: &Inputs,
+    times: &[f64],
+    further: &[Vec<f64>],
+) -> Result<Inputs, InputError> {
     if times.is_empty() || further.is_empty() {
         return Ok(inputs.clone());
     }

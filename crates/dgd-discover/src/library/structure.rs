@@ -4,16 +4,18 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use dgd_compiler::dae::{Dae, assemble};
 use dgd_compiler::diagnostics::Diagnostics;
-use dgd_compiler::effects::{Application, Applied, Blending, Brought, apply};
+use dgd_compiler::effects::{
+    AddedItems, EffectApplication, EffectBlending, ModelWithEffects, apply,
+};
 use dgd_compiler::model::{Model, ModelOptions, resolve};
 use dgd_compiler::program::{Direction, lower};
 use dgd_compiler::syntax::ast::Ast;
-use dgd_execute::{Engine, Loaded};
+use dgd_execute::{Engine, LoadedSystem};
 use dgd_identify::Starts;
 use dgd_runtime::System;
 
-use super::candidates::Candidate;
-use super::scale::Scales;
+use super::candidates::EffectCandidate;
+use super::scale::OutputScales;
 use super::structure_id::StructureId;
 
 /// The model under examination.
@@ -30,13 +32,13 @@ pub struct BaseModel {
     pub fix: Vec<String>,
     /// How structures are run; the result does not depend on it.
     pub engine: Engine,
-    /// The scales of its outputs, which a discovery chooses itself: [`Scales::default`] of a request.
-    pub scales: Scales,
+    /// The scales of its outputs, which a discovery chooses itself: [`OutputScales::default`] of a request.
+    pub scales: OutputScales,
 }
 
 /// Values carried from one structure to the next, by name, SI.
 #[derive(Debug, Clone, Default)]
-pub(crate) struct Values {
+pub(crate) struct CarriedValues {
     /// Parameters.
     pub p: BTreeMap<String, f64>,
     /// Start values of each recording.
@@ -45,36 +47,36 @@ pub(crate) struct Values {
 
 /// A structure ready to be simulated and fitted.
 #[derive(Debug, Clone)]
-pub(crate) struct Structure {
+pub(crate) struct ModelStructure {
     /// Its candidates.
     pub id: StructureId,
     /// Its syntax trees.
     pub asts: Vec<Ast>,
     /// The additions of each candidate, in the order of their positions.
-    pub brought: Vec<Brought>,
+    pub brought: Vec<AddedItems>,
     /// Positions of parameters that are onsets.
     pub onsets: Vec<usize>,
     /// Positions of parameters that are delays.
     pub delays: Vec<usize>,
     /// The compiled model; its directions are free parameters, then free start values.
-    pub system: Loaded,
+    pub system: LoadedSystem,
 }
 
 /// Why a structure cannot be built: its first error.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub(crate) struct Refused(pub String);
+pub(crate) struct StructureError(pub String);
 
 impl BaseModel {
     /// The model with candidates applied, ready to be fitted.
     pub(crate) fn structure(
         &self,
-        all: &[Candidate<'_>],
+        all: &[EffectCandidate<'_>],
         id: StructureId,
-    ) -> Result<Structure, Refused> {
-        let Applied { asts, brought } = self.apply(all, id)?;
+    ) -> Result<ModelStructure, StructureError> {
+        let ModelWithEffects { asts, brought } = self.apply(all, id)?;
         let dae = self.assemble(&asts)?;
         let directions = self.free_directions(&dae, &brought);
-        let free_ones = |of: for<'b> fn(&'b Candidate<'_>) -> &'b [String]| -> Vec<usize> {
+        let free_ones = |of: for<'b> fn(&'b EffectCandidate<'_>) -> &'b [String]| -> Vec<usize> {
             let brought = id.effects().zip(&brought).flat_map(|(c, brought)| {
                 let names = brought.names.iter().filter(move |(own, _)| of(&all[c]).contains(own));
                 names.filter_map(|(_, name)| parameter(&dae, name))
@@ -82,45 +84,46 @@ impl BaseModel {
             brought.filter(|i| directions.contains(&Direction::Parameter(*i))).collect()
         };
         let (onsets, delays) = (free_ones(|c| &c.onsets), free_ones(|c| &c.delays));
-        let system = Loaded::with_engine(lower(&dae, &directions), self.engine);
-        Ok(Structure { id, asts, brought, onsets, delays, system })
+        let system = LoadedSystem::with_engine(lower(&dae, &directions), self.engine);
+        Ok(ModelStructure { id, asts, brought, onsets, delays, system })
     }
 
     /// The model with candidates applied and all others included at one of their nulls, with sensitivities to the
     /// parameters that switch each of the others on; and the additions of the others.
     pub(crate) fn screening(
         &self,
-        all: &[Candidate<'_>],
+        all: &[EffectCandidate<'_>],
         structure: StructureId,
         others: &[usize],
-        at_nothing: Blending,
-    ) -> Result<(Loaded, Vec<Brought>), Refused> {
+        at_nothing: EffectBlending,
+    ) -> Result<(LoadedSystem, Vec<AddedItems>), StructureError> {
         let base = self.apply(all, structure)?;
-        let others: Vec<Application<'_>> =
+        let others: Vec<EffectApplication<'_>> =
             others.iter().map(|&c| all[c].application.clone()).collect();
         let mut diagnostics = Diagnostics::default();
-        let Applied { asts, brought } = apply(&base.asts, &others, at_nothing, &mut diagnostics)
-            .map_err(|_| Refused::by(&diagnostics))?;
+        let ModelWithEffects { asts, brought } =
+            apply(&base.asts, &others, at_nothing, &mut diagnostics)
+                .map_err(|_| StructureError::from_diagnostics(&diagnostics))?;
         let dae = self.assemble(&asts)?;
         let directions: Vec<Direction> = brought
             .iter()
             .flat_map(|brought| brought.null.iter().chain(&brought.blend))
             .filter_map(|name| parameter(&dae, name).map(Direction::Parameter))
             .collect();
-        Ok((Loaded::with_engine(lower(&dae, &directions), self.engine), brought))
+        Ok((LoadedSystem::with_engine(lower(&dae, &directions), self.engine), brought))
     }
 
     /// The reason why a candidate cannot be tried on recordings of this model, if any.
-    pub(crate) fn refusal(&self, model: &Model, candidate: &Candidate<'_>) -> Option<String> {
+    pub(crate) fn refusal(&self, model: &Model, candidate: &EffectCandidate<'_>) -> Option<String> {
         let resolved =
             self.apply(std::slice::from_ref(candidate), StructureId::one(0)).and_then(|applied| {
                 let mut diagnostics = Diagnostics::default();
                 resolve(&applied.asts, &self.options, &mut diagnostics)
-                    .map_err(|_| Refused::by(&diagnostics))
+                    .map_err(|_| StructureError::from_diagnostics(&diagnostics))
             });
         let with_it = match resolved {
             Ok(with_it) => with_it,
-            Err(Refused(reason)) => return Some(format!("cannot be applied: {reason}")),
+            Err(StructureError(reason)) => return Some(format!("cannot be applied: {reason}")),
         };
         let is_known = |name: &String| model.inputs.iter().any(|own| own.declared.name == *name);
         let names = with_it.inputs.iter().map(|input| &input.declared.name);
@@ -131,26 +134,30 @@ impl BaseModel {
         })
     }
 
-    fn apply(&self, all: &[Candidate<'_>], structure: StructureId) -> Result<Applied, Refused> {
-        let applications: Vec<Application<'_>> =
+    fn apply(
+        &self,
+        all: &[EffectCandidate<'_>],
+        structure: StructureId,
+    ) -> Result<ModelWithEffects, StructureError> {
+        let applications: Vec<EffectApplication<'_>> =
             structure.effects().map(|c| all[c].application.clone()).collect();
         let mut diagnostics = Diagnostics::default();
-        apply(&self.asts, &applications, Blending::Applied, &mut diagnostics)
-            .map_err(|_| Refused::by(&diagnostics))
+        apply(&self.asts, &applications, EffectBlending::Applied, &mut diagnostics)
+            .map_err(|_| StructureError::from_diagnostics(&diagnostics))
     }
 
-    pub(super) fn assemble(&self, asts: &[Ast]) -> Result<Dae, Refused> {
+    pub(super) fn assemble(&self, asts: &[Ast]) -> Result<Dae, StructureError> {
         let mut diagnostics = Diagnostics::default();
         resolve(asts, &self.options, &mut diagnostics)
             .and_then(|model| {
                 let model = self.scales.applied(self.scales.declared(model));
                 assemble(&model, &mut diagnostics)
             })
-            .map_err(|_| Refused::by(&diagnostics))
+            .map_err(|_| StructureError::from_diagnostics(&diagnostics))
     }
 
     /// Parameters and start values to estimate: those requested of the model, and those that the effects do not fix.
-    fn free_directions(&self, dae: &Dae, brought: &[Brought]) -> Vec<Direction> {
+    fn free_directions(&self, dae: &Dae, brought: &[AddedItems]) -> Vec<Direction> {
         let named = |list: &[String], name: &str| list.iter().any(|listed| listed == name);
         let is_brought = |name: &str| brought.iter().any(|b| named(&b.parameters, name));
         let is_requested = |name: &String| parameter(dae, name).is_some_and(|_| !is_brought(name));
@@ -176,18 +183,18 @@ impl BaseModel {
     }
 }
 
-impl Structure {
+impl ModelStructure {
     /// The additions of one of its candidates.
-    pub(crate) fn brought_by(&self, candidate: usize) -> Option<&Brought> {
+    pub(crate) fn brought_by(&self, candidate: usize) -> Option<&AddedItems> {
         let place = self.id.effects().position(|effect| effect == candidate)?;
         self.brought.get(place)
     }
 }
 
-impl Refused {
-    pub(super) fn by(diagnostics: &Diagnostics) -> Refused {
+impl StructureError {
+    pub(super) fn from_diagnostics(diagnostics: &Diagnostics) -> StructureError {
         let first = diagnostics.sorted().first().map(|diagnostic| diagnostic.message.clone());
-        Refused(first.unwrap_or_default())
+        StructureError(first.unwrap_or_default())
     }
 }
 
@@ -195,9 +202,9 @@ fn parameter(dae: &Dae, name: &str) -> Option<usize> {
     dae.parameters.iter().position(|parameter| parameter.declared.name == name)
 }
 
-impl Values {
+impl CarriedValues {
     /// All parameters of a system: these values where known, otherwise the model's.
-    pub(crate) fn parameters(&self, system: &Loaded) -> Vec<f64> {
+    pub(crate) fn parameters(&self, system: &LoadedSystem) -> Vec<f64> {
         let parameters = system.signature().parameters.iter();
         parameters
             .map(|parameter| self.p.get(&*parameter.name).copied().unwrap_or(parameter.value))
@@ -205,7 +212,7 @@ impl Values {
     }
 
     /// Start values of a recording, by position of the unknown.
-    pub(crate) fn starts(&self, system: &Loaded, recording: usize) -> Starts {
+    pub(crate) fn starts(&self, system: &LoadedSystem, recording: usize) -> Starts {
         let Some(known) = self.starts.get(recording) else { return Starts::new() };
         let unknowns = system.signature().unknowns.iter().enumerate();
         unknowns
@@ -214,7 +221,7 @@ impl Values {
     }
 
     /// Collects values by the names of a system.
-    pub(crate) fn of(system: &Loaded, p: &[f64], starts: &[Starts]) -> Values {
+    pub(crate) fn collect(system: &LoadedSystem, p: &[f64], starts: &[Starts]) -> CarriedValues {
         let signature = system.signature();
         let parameters = signature.parameters.iter();
         let p = parameters.zip(p).map(|(parameter, v)| (parameter.name.to_string(), *v)).collect();
@@ -222,6 +229,6 @@ impl Values {
             let starts = starts.iter();
             starts.map(|(i, v)| (signature.unknowns.name(*i).to_string(), *v)).collect()
         };
-        Values { p, starts: starts.iter().map(named).collect() }
+        CarriedValues { p, starts: starts.iter().map(named).collect() }
     }
 }

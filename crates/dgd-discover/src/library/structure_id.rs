@@ -20,7 +20,7 @@ impl StructureId {
 
     /// The structure with one candidate.
     pub(crate) fn one(candidate: usize) -> StructureId {
-        StructureId::BASE.with(candidate)
+        StructureId::BASE.with_candidate(candidate)
     }
 
     /// Positions of the candidates, ascending.
@@ -46,7 +46,7 @@ impl StructureId {
     }
 
     /// The structure with one more candidate. The search ensures that there are at most [`MOST_EFFECTS`].
-    pub(crate) fn with(mut self, candidate: usize) -> StructureId {
+    pub(crate) fn with_candidate(mut self, candidate: usize) -> StructureId {
         let last = self.len();
         self.effects[last] = candidate as u32 + 1;
         self.effects[..=last].sort_unstable();
@@ -54,14 +54,14 @@ impl StructureId {
     }
 
     /// The structure without one of its candidates.
-    pub(crate) fn without(self, candidate: usize) -> StructureId {
+    pub(crate) fn without_candidate(self, candidate: usize) -> StructureId {
         self.effects().filter(|effect| *effect != candidate).collect()
     }
 }
 
 impl FromIterator<usize> for StructureId {
     fn from_iter<I: IntoIterator<Item = usize>>(candidates: I) -> Self {
-        candidates.into_iter().fold(StructureId::BASE, StructureId::with)
+        candidates.into_iter().fold(StructureId::BASE, StructureId::with_candidate)
     }
 }
 
@@ -108,9 +108,9 @@ mod tests {
     fn effects_come_and_go() {
         let both: StructureId = [5, 2].into_iter().collect();
         assert!(both.contains(5) && both.contains(2) && !both.contains(0) && both.len() == 2);
-        assert_eq!(both.without(2), StructureId::one(5));
-        assert_eq!(both.without(2).without(5), StructureId::BASE);
-        assert_eq!(StructureId::one(2).with(5), both);
+        assert_eq!(both.without_candidate(2), StructureId::one(5));
+        assert_eq!(both.without_candidate(2).without_candidate(5), StructureId::BASE);
+        assert_eq!(StructureId::one(2).with_candidate(5), both);
         assert!(StructureId::one(2).is_part_of(both) && StructureId::BASE.is_part_of(both));
         assert!(!both.is_part_of(both) && !StructureId::one(3).is_part_of(both));
     }

@@ -2,9 +2,9 @@
 //!
 //! They are tried if the library of a model does not explain the recordings. Their texts are in `templates/`.
 
-use dgd_compiler::diagnostics::{Diagnostics, Reported};
+use dgd_compiler::diagnostics::{Diagnostics, ErrorReported};
 use dgd_compiler::effects::Effect;
-use dgd_compiler::source::{Source, Sources};
+use dgd_compiler::source::{SourceMap, SourceText};
 use dgd_compiler::syntax::parse;
 
 /// The texts by file name.
@@ -87,13 +87,13 @@ const TEXTS: [(&str, &str); 62] = texts![
 ///
 /// # Errors
 ///
-/// [`Reported`] if one of them cannot be read, which tests exclude.
+/// [`ErrorReported`] if one of them cannot be read, which tests exclude.
 pub fn templates(
-    sources: &mut Sources,
+    sources: &mut SourceMap,
     diagnostics: &mut Diagnostics,
-) -> Result<Vec<Effect>, Reported> {
+) -> Result<Vec<Effect>, ErrorReported> {
     let read = |(name, text): (&str, &str)| {
-        let id = sources.add(Source { name: name.to_owned(), text: text.to_owned() });
+        let id = sources.add(SourceText { name: name.to_owned(), text: text.to_owned() });
         parse(id, sources, diagnostics).and_then(|ast| Effect::read(ast, diagnostics))
     };
     TEXTS.into_iter().map(read).collect()

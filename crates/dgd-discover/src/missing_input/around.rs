@@ -10,9 +10,9 @@ use dgd_identify::Starts;
 use dgd_runtime::{Problem, System, observe, simulate};
 use dgd_screen::noise::SensorNoise;
 
-use super::missing::{Estimated, Found, Places};
-use super::place_fit::{Columns, PlaceFit, Sight, Sights};
-use super::thinned::Thinned;
+use super::missing::{EstimatedPlace, PlaceSearch, RecordedInput};
+use super::place_fit::{LinearisedRecording, LinearisedRecordings, ParameterColumns, PlaceFit};
+use super::thinned::ThinnedRecording;
 
 /// Maximum number of times that a place is fitted again …
 const ROUNDS: usize = 8;
@@ -24,27 +24,27 @@ const SETTLED: f64 = 0.9;
 const AFTER_WHOLE: usize = 1;
 
 /// A trajectory to linearise around: parameters, and the missing term at a place in each recording.
-pub(super) struct Reference {
+pub(super) struct ReferenceTrajectory {
     p: Vec<f64>,
-    train: Vec<Piece>,
-    valid: Vec<Piece>,
+    train: Vec<ReferencePart>,
+    valid: Vec<ReferencePart>,
 }
 
 /// Its part for one recording.
 #[derive(Clone)]
-pub(super) struct Piece {
+pub(super) struct ReferencePart {
     /// Start values, SI.
     pub(super) start: Starts,
     pub(super) d: Vec<f64>,
 }
 
-impl Reference {
+impl ReferenceTrajectory {
     /// The reference at a fraction `share` of the way to another.
-    fn towards(&self, aim: &Reference, share: f64) -> Reference {
+    fn towards(&self, aim: &ReferenceTrajectory, share: f64) -> ReferenceTrajectory {
         let along = |from: f64, to: f64| from + share * (to - from);
-        let pieces = |from: &[Piece], to: &[Piece]| -> Vec<Piece> {
+        let pieces = |from: &[ReferencePart], to: &[ReferencePart]| -> Vec<ReferencePart> {
             let both = from.iter().zip(to);
-            both.map(|(from, to)| Piece {
+            both.map(|(from, to)| ReferencePart {
                 start: (to.start.iter())
                     .map(|(state, to)| {
                         let previous = from.start.iter().find(|(own, _)| own == state);
@@ -55,7 +55,7 @@ impl Reference {
             })
             .collect()
         };
-        Reference {
+        ReferenceTrajectory {
             p: self.p.iter().zip(&aim.p).map(|(from, to)| along(*from, *to)).collect(),
             train: pieces(&self.train, &aim.train),
             valid: pieces(&self.valid, &aim.valid),
@@ -72,12 +72,16 @@ fn moved(p: &[f64], free: &[(usize, f64, usize)], fit: &PlaceFit) -> Vec<f64> {
     p
 }
 
-impl Places<'_> {
+impl PlaceSearch<'_> {
     /// Fits a place again around the trajectory that includes its missing term. Far from the previous trajectory the
     /// linear model misleads, so only a fraction of the step is taken that brings the simulation closer to the
     /// readings. `None` if no fraction does.
-    pub(super) fn again(&self, first: &Found, free: &[(usize, f64)]) -> Option<Found> {
-        let mut last: Option<Found> = None;
+    pub(super) fn again(
+        &self,
+        first: &EstimatedPlace,
+        free: &[(usize, f64)],
+    ) -> Option<EstimatedPlace> {
+        let mut last: Option<EstimatedPlace> = None;
         let mut reference = self.reference();
         let mut misfit = self.misfit(first.place, &reference);
         for round in 0..ROUNDS {
@@ -85,7 +89,7 @@ impl Places<'_> {
             let aim = self.aim(current, &reference);
             let nearer = SHARES.iter().find_map(|share| {
                 let between = reference.towards(&aim, *share);
-                let between = Reference { p: self.within_bounds(between.p), ..between };
+                let between = ReferenceTrajectory { p: self.within_bounds(between.p), ..between };
                 let left = self.misfit(current.place, &between);
                 (self.follows || left < misfit).then_some((between, left, *share))
             });
@@ -105,43 +109,57 @@ impl Places<'_> {
     }
 
     /// Fits a place around a trajectory.
-    fn fitted_around(&self, place: usize, at: &Reference, free: &[(usize, f64)]) -> Option<Found> {
-        let around = |all: &[Thinned<'_>], pieces: &[Piece]| -> Option<Vec<Sight>> {
-            let around = |(thinned, Piece { start, d }): (&Thinned<'_>, &Piece)| {
-                if self.follows {
-                    self.sight_filtered(thinned, place, d, &at.p)
-                } else {
-                    self.sight_around(thinned, start, place, d, &at.p)
-                }
-            };
+    fn fitted_around(
+        &self,
+        place: usize,
+        at: &ReferenceTrajectory,
+        free: &[(usize, f64)],
+    ) -> Option<EstimatedPlace> {
+        let around = |all: &[ThinnedRecording<'_>],
+                      pieces: &[ReferencePart]|
+         -> Option<Vec<LinearisedRecording>> {
+            let around =
+                |(thinned, ReferencePart { start, d }): (&ThinnedRecording<'_>, &ReferencePart)| {
+                    if self.follows {
+                        self.sight_filtered(thinned, place, d, &at.p)
+                    } else {
+                        self.sight_around(thinned, start, place, d, &at.p)
+                    }
+                };
             all.iter().zip(pieces).map(around).collect()
         };
         let (train, valid) = (around(&self.train, &at.train)?, around(&self.valid, &at.valid)?);
-        let sights = Sights { train: &train, valid: &valid, noise: &self.data.noise, free };
-        let columns = Columns { train: sights.columns(&train), valid: sights.columns(&valid) };
+        let sights =
+            LinearisedRecordings { train: &train, valid: &valid, noise: &self.data.noise, free };
+        let columns =
+            ParameterColumns { train: sights.columns(&train), valid: sights.columns(&valid) };
         let fit = sights.fit(place, &columns)?;
-        let fitted = Found::new(place, fit, &sights, &columns);
-        Some(Found { p: Some(at.p.clone()), ..fitted })
+        let fitted = EstimatedPlace::new(place, fit, &sights, &columns);
+        Some(EstimatedPlace { p: Some(at.p.clone()), ..fitted })
     }
 
     /// The trajectory with nothing missing.
-    fn reference(&self) -> Reference {
-        let plain = |all: &[Thinned<'_>]| -> Vec<Piece> {
-            let piece = |thinned: &Thinned<'_>| Piece {
+    fn reference(&self) -> ReferenceTrajectory {
+        let plain = |all: &[ThinnedRecording<'_>]| -> Vec<ReferencePart> {
+            let piece = |thinned: &ThinnedRecording<'_>| ReferencePart {
                 start: thinned.start.clone(),
                 d: vec![0.0; thinned.times.len()],
             };
             all.iter().map(piece).collect()
         };
-        Reference { p: self.p.clone(), train: plain(&self.train), valid: plain(&self.valid) }
+        ReferenceTrajectory {
+            p: self.p.clone(),
+            train: plain(&self.train),
+            valid: plain(&self.valid),
+        }
     }
 
     /// The trajectory given by the estimates around another one.
-    fn aim(&self, found: &Found, at: &Reference) -> Reference {
-        let pieces = |estimates: &[Estimated]| -> Vec<Piece> {
+    fn aim(&self, found: &EstimatedPlace, at: &ReferenceTrajectory) -> ReferenceTrajectory {
+        let pieces = |estimates: &[RecordedInput]| -> Vec<ReferencePart> {
             estimates.iter().map(|estimated| estimated.piece.clone()).collect()
         };
-        Reference {
+        ReferenceTrajectory {
             p: moved(&at.p, &self.free, &found.fit),
             train: pieces(&found.train),
             valid: pieces(&found.valid),
@@ -162,8 +180,12 @@ impl Places<'_> {
     }
 
     /// Σ (measured − simulated)²/σ² of the training recordings; infinite if one cannot be simulated.
-    fn misfit(&self, place: usize, at: &Reference) -> f64 {
-        let squares_of = |(thinned, Piece { start, d }): (&Thinned<'_>, &Piece)| -> Option<f64> {
+    fn misfit(&self, place: usize, at: &ReferenceTrajectory) -> f64 {
+        let squares_of = |(thinned, ReferencePart { start, d }): (
+            &ThinnedRecording<'_>,
+            &ReferencePart,
+        )|
+         -> Option<f64> {
             let inputs = self.inputs(thinned, place, d)?;
             let problem = Problem { system: self.system(), p: &at.p, inputs: &inputs, start };
             let solution = simulate(&problem, &thinned.times, &self.data.options).ok()?;

@@ -24,15 +24,15 @@
 
 use std::fmt;
 
-use dgd_execute::Loaded;
+use dgd_execute::LoadedSystem;
 use dgd_runtime::linearize::{Elimination, Responses};
-use dgd_runtime::{Inputs, Pattern, Point, Side, Solution, System};
+use dgd_runtime::{EvaluationPoint, Inputs, LimitSide, Pattern, Solution, System};
 use nalgebra::{DMatrix, DVector};
 
 use super::missing_terms::MissingTerms;
 
 /// A sparse matrix.
-struct Sparse<'a> {
+struct SparseMatrix<'a> {
     pattern: &'a Pattern,
     values: &'a [f64],
 }
@@ -62,7 +62,7 @@ pub struct Deviations {
     pub(crate) transitions: Vec<DMatrix<f64>>,
     pub(crate) responses: Vec<DMatrix<f64>>,
     /// `None` where the trajectory has no derivative, so that measurements there carry no information.
-    pub(crate) seen: Vec<Option<Seen>>,
+    pub(crate) seen: Vec<Option<SampleEquation>>,
     /// Shift of δx in each interval if the trajectory is not a run of the model: the model's prediction from the
     /// previous sample minus the trajectory. Empty for a run.
     pub(crate) shifts: Vec<DVector<f64>>,
@@ -70,7 +70,7 @@ pub struct Deviations {
 
 /// The output equation at one sample.
 #[derive(Debug, Clone)]
-pub(crate) struct Seen {
+pub(crate) struct SampleEquation {
     /// C, n_w × n.
     pub(crate) states: DMatrix<f64>,
     /// D, n_w × n_d.
@@ -79,7 +79,7 @@ pub(crate) struct Seen {
 
 /// Why there are no derivatives along a trajectory.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub enum LinearizeError {
+pub enum DeviationError {
     /// The trajectory has fewer than two samples.
     TooShort,
     /// The model has delays, which deviations at a sample cannot represent.
@@ -88,7 +88,7 @@ pub enum LinearizeError {
     Undetermined,
 }
 
-impl fmt::Display for LinearizeError {
+impl fmt::Display for DeviationError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(match self {
             Self::TooShort => "the trajectory has fewer than two samples",
@@ -98,7 +98,7 @@ impl fmt::Display for LinearizeError {
     }
 }
 
-impl std::error::Error for LinearizeError {}
+impl std::error::Error for DeviationError {}
 
 impl Deviations {
     /// Linearises a model around its trajectory, at the trajectory's times.
@@ -110,32 +110,37 @@ impl Deviations {
     ///
     /// # Errors
     ///
-    /// [`LinearizeError`].
+    /// [`DeviationError`].
     ///
     /// # Panics
     ///
     /// If the trajectory, inputs or parameters belong to another model.
-    pub fn along(
+    pub fn linearize(
         model: &MissingTerms,
         p: &[f64],
         inputs: &Inputs,
         trajectory: &Solution,
-    ) -> Result<Self, LinearizeError> {
+    ) -> Result<Self, DeviationError> {
         if trajectory.len() < 2 {
-            return Err(LinearizeError::TooShort);
+            return Err(DeviationError::TooShort);
         }
         let signature = model.system().signature();
         if !(signature.delays.is_empty() && signature.delayed_unknowns.is_empty()) {
-            return Err(LinearizeError::Delayed);
+            return Err(DeviationError::Delayed);
         }
         let mut linear = Linearization::new(model, p, inputs);
-        let samples: Vec<Option<StateSpace>> = (0..trajectory.len())
+        let samples: Vec<Option<PointMatrices>> = (0..trajectory.len())
             .map(|k| {
-                linear.at(trajectory.times[k], trajectory.side(k), trajectory.y(k), trajectory.z(k))
+                linear.matrices_at(
+                    trajectory.times[k],
+                    trajectory.side(k),
+                    trajectory.y(k),
+                    trajectory.z(k),
+                )
             })
             .collect();
         let Some(first) = samples.iter().flatten().next().cloned() else {
-            return Err(LinearizeError::Undetermined);
+            return Err(DeviationError::Undetermined);
         };
 
         let mut transitions: Vec<DMatrix<f64>> = Vec::with_capacity(samples.len() - 1);
@@ -143,7 +148,7 @@ impl Deviations {
         let mut last = (first.a, first.b, f64::NAN);
         for k in 0..samples.len() - 1 {
             let h = trajectory.times[k + 1] - trajectory.times[k];
-            let middle = linear.between(trajectory, k);
+            let middle = linear.matrices_between(trajectory, k);
             let (a, b) = match middle.or_else(|| samples[k].clone()) {
                 Some(space) => (space.a, space.b),
                 None => (last.0.clone(), last.1.clone()),
@@ -154,14 +159,14 @@ impl Deviations {
                 responses.push(responses[k - 1].clone());
                 continue;
             }
-            let response = Responses::balanced(&a).of(h, 0.0).value.clone();
+            let response = Responses::balanced(&a).response(h, 0.0).value.clone();
             transitions.push(response.phi);
             responses.push(response.gamma_0 * &b);
             last = (a, b, h);
         }
         let output_equations = samples
             .into_iter()
-            .map(|space| space.map(|space| Seen { states: space.c, inputs: space.d }))
+            .map(|space| space.map(|space| SampleEquation { states: space.c, inputs: space.d }))
             .collect();
         Ok(Deviations {
             times: trajectory.times.clone(),
@@ -183,7 +188,7 @@ impl Deviations {
 
 /// A, B, C, D at one point.
 #[derive(Debug, Clone)]
-struct StateSpace {
+struct PointMatrices {
     a: DMatrix<f64>,
     b: DMatrix<f64>,
     c: DMatrix<f64>,
@@ -192,7 +197,7 @@ struct StateSpace {
 
 /// Evaluates a model's derivatives, and eliminates the algebraic unknowns.
 struct Linearization<'a> {
-    system: &'a Loaded,
+    system: &'a LoadedSystem,
     p: &'a [f64],
     inputs: &'a Inputs,
     n_places: usize,
@@ -244,26 +249,32 @@ impl<'a> Linearization<'a> {
     }
 
     /// A, B, C, D at a point; `None` if they do not exist.
-    fn at(&mut self, t: f64, side: Side, y: &[f64], z: &[f64]) -> Option<StateSpace> {
+    fn matrices_at(
+        &mut self,
+        t: f64,
+        side: LimitSide,
+        y: &[f64],
+        z: &[f64],
+    ) -> Option<PointMatrices> {
         let (elimination, rows) = self.eliminated(t, side, y, z)?;
         self.space(&elimination, &rows)
     }
 
     /// A, B, C, D midway between the k-th and the next sample.
-    fn between(&mut self, trajectory: &Solution, k: usize) -> Option<StateSpace> {
+    fn matrices_between(&mut self, trajectory: &Solution, k: usize) -> Option<PointMatrices> {
         let t = f64::midpoint(trajectory.times[k], trajectory.times[k + 1]);
         let mut y = trajectory.y(k).to_vec();
         for &i in &self.differential {
             y[i] = f64::midpoint(y[i], trajectory.y(k + 1)[i]);
         }
         let z = trajectory.z(k);
-        let (mut elimination, mut rows) = self.eliminated(t, Side::Right, &y, z)?;
+        let (mut elimination, mut rows) = self.eliminated(t, LimitSide::Right, &y, z)?;
         if !elimination.eliminated.is_empty() {
             let step = elimination.step(&self.f);
             for (&i, step) in elimination.eliminated.iter().zip(&step) {
                 y[i] += step;
             }
-            (elimination, rows) = self.eliminated(t, Side::Right, &y, z)?;
+            (elimination, rows) = self.eliminated(t, LimitSide::Right, &y, z)?;
         }
         self.space(&elimination, &rows)
     }
@@ -273,13 +284,13 @@ impl<'a> Linearization<'a> {
     fn eliminated(
         &mut self,
         t: f64,
-        side: Side,
+        side: LimitSide,
         y: &[f64],
         z: &[f64],
     ) -> Option<(Elimination, DMatrix<f64>)> {
         let n_given = self.inputs.len();
         self.inputs.value(t, side, &mut self.u[..n_given]);
-        let point = Point { t, y, u: &self.u, p: self.p, z };
+        let point = EvaluationPoint { t, y, u: &self.u, p: self.p, z };
         self.system.linearize(point, &self.slopes, &mut self.f, &mut self.dfdy, &mut self.dfdt);
         self.system.input_jacobian(point, &mut self.dfdu);
         self.system.output_jacobians(
@@ -290,15 +301,20 @@ impl<'a> Linearization<'a> {
             &mut self.dwdt,
         );
         let signature = self.system.signature();
-        let by_y = Sparse { pattern: &signature.jacobian, values: &self.dfdy };
-        let by_u = Sparse { pattern: &signature.input_jacobian, values: &self.dfdu };
+        let by_y = SparseMatrix { pattern: &signature.jacobian, values: &self.dfdy };
+        let by_u = SparseMatrix { pattern: &signature.input_jacobian, values: &self.dfdu };
         let rows = self.rows(self.f.len(), &by_y, &by_u);
         let elimination = Elimination::new(self.system, point, &rows).ok()?;
         (elimination.states == self.differential).then_some((elimination, rows))
     }
 
     /// Rows of derivatives with respect to y, then d, from the non-zeros with respect to y and u.
-    fn rows(&self, number: usize, by_y: &Sparse<'_>, by_u: &Sparse<'_>) -> DMatrix<f64> {
+    fn rows(
+        &self,
+        number: usize,
+        by_y: &SparseMatrix<'_>,
+        by_u: &SparseMatrix<'_>,
+    ) -> DMatrix<f64> {
         let (n, own) = (self.f.len(), self.u.len() - self.n_places);
         let mut matrix = DMatrix::zeros(number, n + self.n_places);
         for ((row, column), value) in by_y.pattern.positions().zip(by_y.values) {
@@ -313,10 +329,10 @@ impl<'a> Linearization<'a> {
     }
 
     /// A, B, C, D at the point of the last evaluation.
-    fn space(&self, elimination: &Elimination, rows: &DMatrix<f64>) -> Option<StateSpace> {
+    fn space(&self, elimination: &Elimination, rows: &DMatrix<f64>) -> Option<PointMatrices> {
         let [by_y, by_u, _] = &self.system.signature().output_jacobians;
-        let by_y = Sparse { pattern: by_y, values: &self.dwdy };
-        let by_u = Sparse { pattern: by_u, values: &self.dwdu };
+        let by_y = SparseMatrix { pattern: by_y, values: &self.dwdy };
+        let by_u = SparseMatrix { pattern: by_u, values: &self.dwdu };
         let outputs = self.rows(self.n_w(), &by_y, &by_u);
         let (states, outputs) = (elimination.of_states(rows), elimination.reduced(&outputs));
         let n = self.differential.len();
@@ -325,7 +341,7 @@ impl<'a> Linearization<'a> {
         };
         let ([a, b], [c, d]) = (split(&states), split(&outputs));
         let is_finite = states.iter().chain(&outputs).all(|x| x.is_finite());
-        is_finite.then_some(StateSpace { a, b, c, d })
+        is_finite.then_some(PointMatrices { a, b, c, d })
     }
 
     /// Sizes of the differential unknowns: the declared size, else the largest magnitude on the trajectory, else one

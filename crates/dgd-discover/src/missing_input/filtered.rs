@@ -15,7 +15,7 @@
 //! Source: Jazwinski, Stochastic Processes and Filtering Theory (1970), §8.3, with the linearisation along the
 //! estimate.
 
-use dgd_execute::Loaded;
+use dgd_execute::LoadedSystem;
 use dgd_runtime::for_identify::unknown_sizes;
 use dgd_runtime::{
     Inputs, Observations, Options, Problem, Solution, System, consistent_start, observe, simulate,
@@ -30,7 +30,7 @@ use super::missing_terms::MissingTerms;
 const DECADES: [i32; 7] = [-4, -3, -2, -1, 0, 1, 2];
 
 /// A recording to follow.
-pub(super) struct Followed<'a> {
+pub(super) struct FilterRecording<'a> {
     pub(super) terms: &'a MissingTerms,
     /// All parameters, SI.
     pub(super) p: &'a [f64],
@@ -49,7 +49,7 @@ pub(super) struct Followed<'a> {
 }
 
 /// A filtered trajectory, and the deviations from it.
-pub(super) struct Filtered {
+pub(super) struct FilteredTrajectory {
     pub(super) deviations: Deviations,
     /// Readings minus the outputs of the trajectory without d.
     pub(super) residuals: Vec<f64>,
@@ -57,7 +57,7 @@ pub(super) struct Filtered {
 }
 
 /// The path of a filter along a recording.
-struct Way {
+struct FilterPath {
     /// Unknowns and discrete numbers, as in a solution.
     y: Vec<f64>,
     z: Vec<f64>,
@@ -66,30 +66,30 @@ struct Way {
 }
 
 /// The model over one interval.
-struct Piece {
+struct PieceModel {
     trajectory: Solution,
     deviations: Deviations,
     simulated: Observations,
 }
 
 /// States, and their covariance.
-struct Estimate {
+struct StateEstimate {
     x: DVector<f64>,
     p: DMatrix<f64>,
     log_likelihood: f64,
 }
 
-impl Followed<'_> {
+impl FilterRecording<'_> {
     /// The trajectory of the filter with the highest likelihood of the readings; `None` if the model has declared
     /// modes, several rows have the same time, or there is no solution or derivative on the way.
-    pub(super) fn filtered(&self) -> Option<Filtered> {
+    pub(super) fn filtered(&self) -> Option<FilteredTrajectory> {
         let signature = self.terms.system().signature();
         let has_modes =
             signature.discrete.automata.iter().any(|automaton| automaton.kind.is_declared());
         if has_modes || self.times.len() < 2 || self.times.windows(2).any(|t| t[0] >= t[1]) {
             return None;
         }
-        let mut best: Option<Way> = None;
+        let mut best: Option<FilterPath> = None;
         for decade in DECADES {
             let Some(way) = self.way(10f64.powi(decade)) else { continue };
             if best.as_ref().is_some_and(|best| best.log_likelihood >= way.log_likelihood) {
@@ -97,11 +97,11 @@ impl Followed<'_> {
             }
             best = Some(way);
         }
-        let Way { y, z, shifts, .. } = best?;
+        let FilterPath { y, z, shifts, .. } = best?;
         let first = self.simulated(0, self.start)?;
         let trajectory = Solution { times: self.times.to_vec(), y, z, ..first };
         let mut deviations =
-            Deviations::along(self.terms, self.p, self.inputs, &trajectory).ok()?;
+            Deviations::linearize(self.terms, self.p, self.inputs, &trajectory).ok()?;
         let simulated = observe(&self.problem(self.start), &trajectory);
         let mut residuals: Vec<f64> =
             self.measured.iter().zip(&simulated.w).map(|(m, w)| m - w).collect();
@@ -119,10 +119,10 @@ impl Followed<'_> {
                 *residual += seen.inputs[(output, self.place)] * d;
             }
         }
-        Some(Filtered { deviations, residuals, trajectory })
+        Some(FilteredTrajectory { deviations, residuals, trajectory })
     }
 
-    fn problem<'b>(&'b self, start: &'b [(usize, f64)]) -> Problem<'b, Loaded> {
+    fn problem<'b>(&'b self, start: &'b [(usize, f64)]) -> Problem<'b, LoadedSystem> {
         Problem { system: self.terms.system(), p: self.p, inputs: self.inputs, start }
     }
 
@@ -131,15 +131,16 @@ impl Followed<'_> {
     }
 
     /// The model from the k-th sample to the next.
-    fn piece(&self, k: usize, start: &[(usize, f64)]) -> Option<Piece> {
+    fn piece(&self, k: usize, start: &[(usize, f64)]) -> Option<PieceModel> {
         let trajectory = self.simulated(k, start)?;
-        let deviations = Deviations::along(self.terms, self.p, self.inputs, &trajectory).ok()?;
+        let deviations =
+            Deviations::linearize(self.terms, self.p, self.inputs, &trajectory).ok()?;
         let simulated = observe(&self.problem(start), &trajectory);
-        Some(Piece { trajectory, deviations, simulated })
+        Some(PieceModel { trajectory, deviations, simulated })
     }
 
     /// Runs the filter with process noise of `strays` times the states' sizes over the recording.
-    fn way(&self, strays: f64) -> Option<Way> {
+    fn way(&self, strays: f64) -> Option<FilterPath> {
         let unknowns = &self.terms.system().signature().unknowns;
         let n = unknowns.len();
         let states: Vec<usize> = unknowns.differential().collect();
@@ -156,7 +157,7 @@ impl Followed<'_> {
         unknown_sizes(self.terms.system(), first.trajectory.y(0), &mut sizes);
         let variances = states_of(&sizes).map(|size| size * size);
         let (x, p) = (states_of(first.trajectory.y(0)), DMatrix::from_diagonal(&variances));
-        let mut estimate = Estimate { x, p, log_likelihood: 0.0 };
+        let mut estimate = StateEstimate { x, p, log_likelihood: 0.0 };
         self.correct(&mut estimate, 0, &first, 0);
 
         let (mut y, mut z, mut shifts) = (Vec::new(), Vec::new(), Vec::new());
@@ -182,11 +183,11 @@ impl Followed<'_> {
             consistent_start(&self.problem(&from(&estimate.x)), self.times[last], self.options);
         y.extend_from_slice(&end.ok()?.y);
         let log_likelihood = estimate.log_likelihood;
-        log_likelihood.is_finite().then_some(Way { y, z, shifts, log_likelihood })
+        log_likelihood.is_finite().then_some(FilterPath { y, z, shifts, log_likelihood })
     }
 
     /// Updates with the readings at a sample, one at a time; the model there is at one end of a piece.
-    fn correct(&self, at: &mut Estimate, sample: usize, piece: &Piece, end: usize) {
+    fn correct(&self, at: &mut StateEstimate, sample: usize, piece: &PieceModel, end: usize) {
         let n_w = piece.deviations.n_outputs;
         let Some(seen) = &piece.deviations.seen[end] else { return };
         let predicted = at.x.clone();

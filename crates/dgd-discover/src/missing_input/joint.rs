@@ -15,13 +15,13 @@
 //! variables of the smoother, the derivative of the log-likelihood with respect to q is ½ Σ h (λ² − Λ) (Koopman,
 //! Biometrika 80 (1993) 117), so each is multiplied by Σ h λ²/Σ h Λ until that is one.
 
-use dgd_execute::Loaded;
-use dgd_runtime::{Inputs, Options, Problem, Side, Solution, System, observe, simulate};
+use dgd_execute::LoadedSystem;
+use dgd_runtime::{Inputs, LimitSide, Options, Problem, Solution, System, observe, simulate};
 use dgd_screen::noise::{SensorNoise, median};
 use nalgebra::{DMatrix, DVector};
 
 use super::deviations::Deviations;
-use super::filtered::Followed;
+use super::filtered::FilterRecording;
 use super::missing_terms::MissingTerms;
 use super::reconstruct::inputs_with_all;
 use super::unknown_input::SIGNIFICANT_GAIN;
@@ -40,7 +40,7 @@ const MOST_LOSS: f64 = 0.5;
 const MOST_CHANGE: f64 = 100.0;
 
 /// A recording to follow.
-pub(crate) struct Recorded<'a> {
+pub(crate) struct JointRecording<'a> {
     /// The model's own inputs.
     pub(crate) inputs: &'a Inputs,
     /// Times of the samples, s.
@@ -52,7 +52,7 @@ pub(crate) struct Recorded<'a> {
 }
 
 /// The model, and the places at which something may be missing.
-pub(crate) struct Joint<'a> {
+pub(crate) struct JointModel<'a> {
     pub(crate) terms: &'a MissingTerms,
     pub(crate) places: &'a [usize],
     /// Unknowns whose start values are free; the others begin as recordings or the model have them.
@@ -68,7 +68,7 @@ const BETWEEN: usize = 8;
 
 /// A smoothed recording.
 #[derive(Debug, Clone)]
-pub(crate) struct Path {
+pub(crate) struct SmoothedRecording {
     /// Unknowns at the samples.
     pub(crate) trajectory: Solution,
     /// The model's own inputs at the samples, n_u each …
@@ -92,12 +92,12 @@ pub(crate) struct JointChain {
     gamma: Vec<DMatrix<f64>>,
     shifts: Vec<DVector<f64>>,
     /// Readings of each sample.
-    readings: Vec<Vec<Reading>>,
+    readings: Vec<Vec<JointReading>>,
 }
 
 /// One reading.
 #[derive(Debug, Clone)]
-struct Reading {
+struct JointReading {
     value: f64,
     variance: f64,
     states: DVector<f64>,
@@ -106,7 +106,7 @@ struct Reading {
 
 /// A filter run at some q, which whitens other inputs.
 #[derive(Debug, Clone)]
-pub(crate) struct Whitening {
+pub(crate) struct WhiteningRun {
     /// Places of the unknown inputs.
     places: Vec<usize>,
     /// For each sample and reading, K and S.
@@ -118,22 +118,22 @@ pub(crate) struct Whitening {
 }
 
 /// States at the samples, and each place's input there.
-type Estimated = (Vec<DVector<f64>>, Vec<Vec<f64>>);
+type JointEstimate = (Vec<DVector<f64>>, Vec<Vec<f64>>);
 
 /// z⁺ and P⁺ at each sample, with the innovations.
-struct Filtered {
-    whitening: Whitening,
+struct JointFiltered {
+    whitening: WhiteningRun,
     states: Vec<(DVector<f64>, DMatrix<f64>)>,
     innovations: Vec<Vec<f64>>,
 }
 
 /// Smoothed deviations, and Σ h λ² and Σ h Λ of each place.
-struct Smoothed {
+struct JointSmoothed {
     z: Vec<DVector<f64>>,
     scores: Vec<(f64, f64)>,
 }
 
-impl Whitening {
+impl WhiteningRun {
     /// ln p of the readings, up to terms that do not depend on q.
     fn log_likelihood(&self) -> f64 {
         -0.5 * (self.residuals.iter().map(|x| x * x).sum::<f64>() + self.log_determinant)
@@ -160,7 +160,7 @@ impl JointChain {
         if trust.is_finite() {
             let m = self.gamma.first().map_or(0, DMatrix::ncols);
             for readings in &mut chain.readings {
-                readings.extend(self.sizes.iter().enumerate().map(|(i, size)| Reading {
+                readings.extend(self.sizes.iter().enumerate().map(|(i, size)| JointReading {
                     value: 0.0,
                     variance: (trust * size).powi(2),
                     states: DVector::from_fn(self.n(), |k, _| f64::from(u8::from(k == i))),
@@ -183,7 +183,7 @@ impl JointChain {
     }
 
     /// H of a reading.
-    fn row(&self, reading: &Reading, places: &[usize]) -> DVector<f64> {
+    fn row(&self, reading: &JointReading, places: &[usize]) -> DVector<f64> {
         let n = self.n();
         DVector::from_fn(n + places.len(), |i, _| {
             if i < n { reading.states[i] } else { reading.inputs[places[i - n]] }
@@ -191,7 +191,7 @@ impl JointChain {
     }
 
     /// Runs the filter with these intensities of the walks.
-    fn filtered(&self, places: &[usize], q: &[f64], keeps: bool) -> Filtered {
+    fn filtered(&self, places: &[usize], q: &[f64], keeps: bool) -> JointFiltered {
         let (n, m) = (self.n(), places.len());
         let duration = self.duration();
         let mut z = DVector::zeros(n + m);
@@ -203,7 +203,7 @@ impl JointChain {
                 None => q[i - n] * duration,
             };
         }
-        let mut whitening = Whitening {
+        let mut whitening = WhiteningRun {
             places: places.to_vec(),
             gains: Vec::new(),
             residuals: Vec::new(),
@@ -245,13 +245,13 @@ impl JointChain {
                 }
             }
         }
-        Filtered { whitening, states, innovations }
+        JointFiltered { whitening, states, innovations }
     }
 
     /// The smoother in Bryson and Frazier's form (Bierman, Int. J. Control 18 (1973) 65).
-    fn smoothed(&self, places: &[usize], q: &[f64]) -> Smoothed {
+    fn smoothed(&self, places: &[usize], q: &[f64]) -> JointSmoothed {
         let (n, m) = (self.n(), places.len());
-        let Filtered { whitening, states, innovations } = self.filtered(places, q, true);
+        let JointFiltered { whitening, states, innovations } = self.filtered(places, q, true);
         let mut lambda = DVector::zeros(n + m);
         let mut capital = DMatrix::zeros(n + m, n + m);
         let mut z = vec![DVector::zeros(0); states.len()];
@@ -283,14 +283,14 @@ impl JointChain {
             }
         }
         add(self.duration(), &lambda, &capital);
-        Smoothed { z, scores }
+        JointSmoothed { z, scores }
     }
 
     /// Typical (H Γ)²/σ² of a reading for d = 1 at a place since the sample before, as the median: where the model runs
     /// away, it is arbitrarily large.
     fn information(&self, place: usize) -> Option<f64> {
         let after = self.gamma.iter().zip(&self.readings[1..]).flat_map(|(gamma, readings)| {
-            let signal_to_noise = |reading: &Reading| {
+            let signal_to_noise = |reading: &JointReading| {
                 let response = reading.states.dot(&gamma.column(place)) + reading.inputs[place];
                 response * response / reading.variance
             };
@@ -301,7 +301,7 @@ impl JointChain {
     }
 
     /// The filter's gains and whitened residuals.
-    pub(crate) fn whitening(&self, places: &[usize], q: &[f64]) -> Whitening {
+    pub(crate) fn whitening(&self, places: &[usize], q: &[f64]) -> WhiteningRun {
         self.filtered(places, q, false).whitening
     }
 
@@ -309,7 +309,7 @@ impl JointChain {
     /// value at each sample.
     pub(crate) fn whitened(
         &self,
-        with: &Whitening,
+        with: &WhiteningRun,
         place: usize,
         held: &[f64],
         at: &[f64],
@@ -343,7 +343,7 @@ impl JointChain {
     }
 }
 
-impl Joint<'_> {
+impl JointModel<'_> {
     fn states(&self) -> Vec<usize> {
         self.terms.system().signature().unknowns.differential().collect()
     }
@@ -352,12 +352,16 @@ impl Joint<'_> {
     ///
     /// If states are not read, rounds that begin with a diverged filter end elsewhere than rounds that begin with the
     /// readings; the result with the higher likelihood counts.
-    pub(crate) fn paths(&self, recordings: &[Recorded<'_>]) -> Option<(Vec<Path>, Vec<f64>)> {
-        let resting = |recorded: &Recorded<'_>| {
+    pub(crate) fn paths(
+        &self,
+        recordings: &[JointRecording<'_>],
+    ) -> Option<(Vec<SmoothedRecording>, Vec<f64>)> {
+        let resting = |recorded: &JointRecording<'_>| {
             let estimated = self.resting(recorded)?;
             self.path(recorded, &estimated).map(|path| (estimated, path))
         };
-        let resting: Vec<Option<(Estimated, Path)>> = recordings.iter().map(resting).collect();
+        let resting: Vec<Option<(JointEstimate, SmoothedRecording)>> =
+            recordings.iter().map(resting).collect();
         let both = || recordings.iter().zip(&resting);
         let followed = both().map(|(recorded, resting)| {
             let (x, _) = &resting.as_ref()?.0;
@@ -382,7 +386,8 @@ impl Joint<'_> {
             self.path(recorded, &next).map(|path| (next, path))
         });
         let of_readings = self.rounds(recordings, leaning.collect(), MOST_LOSS);
-        let likelihood = |(paths, q): &(Vec<Path>, Vec<f64>)| self.likelihood(paths, q);
+        let likelihood =
+            |(paths, q): &(Vec<SmoothedRecording>, Vec<f64>)| self.likelihood(paths, q);
         [of_filter, of_readings]
             .into_iter()
             .flatten()
@@ -394,12 +399,13 @@ impl Joint<'_> {
     /// a reading from one trajectory to the next.
     fn rounds(
         &self,
-        recordings: &[Recorded<'_>],
-        begun: Vec<Option<(Estimated, Path)>>,
+        recordings: &[JointRecording<'_>],
+        begun: Vec<Option<(JointEstimate, SmoothedRecording)>>,
         most_loss: f64,
-    ) -> Option<(Vec<Path>, Vec<f64>)> {
+    ) -> Option<(Vec<SmoothedRecording>, Vec<f64>)> {
         let begun = begun.into_iter().collect::<Option<Vec<_>>>()?;
-        let (mut all, mut paths): (Vec<Estimated>, Vec<Path>) = begun.into_iter().unzip();
+        let (mut all, mut paths): (Vec<JointEstimate>, Vec<SmoothedRecording>) =
+            begun.into_iter().unzip();
         let mut q = self.begin(&paths);
         for _ in 0..ROUNDS {
             for _ in 0..UPDATES {
@@ -416,8 +422,9 @@ impl Joint<'_> {
     }
 
     /// ln p of the readings of all recordings.
-    fn likelihood(&self, paths: &[Path], q: &[f64]) -> f64 {
-        let of_path = |path: &Path| path.chain.whitening(self.places, q).log_likelihood();
+    fn likelihood(&self, paths: &[SmoothedRecording], q: &[f64]) -> f64 {
+        let of_path =
+            |path: &SmoothedRecording| path.chain.whitening(self.places, q).log_likelihood();
         paths.iter().map(of_path).sum()
     }
 
@@ -425,20 +432,20 @@ impl Joint<'_> {
     /// (an iterated smoother by Levenberg and Marquardt: Särkkä & Svensson, ICASSP 2020, 5875).
     fn smoothed(
         &self,
-        recorded: &Recorded<'_>,
-        (x, d): &Estimated,
-        path: &Path,
+        recorded: &JointRecording<'_>,
+        (x, d): &JointEstimate,
+        path: &SmoothedRecording,
         q: &[f64],
         most_loss: f64,
-    ) -> Option<(Estimated, Path)> {
+    ) -> Option<(JointEstimate, SmoothedRecording)> {
         let n = path.chain.n();
         let least =
             self.likelihood(std::slice::from_ref(path), q) - most_loss * path.chain.len() as f64;
         TRUST.iter().find_map(|trust| {
-            let Smoothed { z, .. } = path.chain.held(*trust).smoothed(self.places, q);
+            let JointSmoothed { z, .. } = path.chain.held(*trust).smoothed(self.places, q);
             let x = x.iter().zip(&z).map(|(x, z)| x + z.rows(0, n));
             let of_place = |j: usize| z.iter().map(move |z| z[n + j]).collect();
-            let next: Estimated = (x.collect(), (0..d.len()).map(of_place).collect());
+            let next: JointEstimate = (x.collect(), (0..d.len()).map(of_place).collect());
             let path = self.path(recorded, &next)?;
             let reached = self.likelihood(std::slice::from_ref(&path), q);
             // Without a likelihood to compare with, every path is accepted.
@@ -448,7 +455,7 @@ impl Joint<'_> {
     }
 
     /// Places without whose walk the readings would be less likely than chance allows.
-    pub(crate) fn standing_out(&self, paths: &[Path], q: &[f64]) -> Vec<usize> {
+    pub(crate) fn standing_out(&self, paths: &[SmoothedRecording], q: &[f64]) -> Vec<usize> {
         let whole = self.likelihood(paths, q);
         let stands_out = |i: &usize| {
             let mut without = q.to_vec();
@@ -462,7 +469,7 @@ impl Joint<'_> {
 
     /// Initial intensities: a step of the walk between samples is just visible in a reading, so that it can follow any
     /// readings.
-    fn begin(&self, paths: &[Path]) -> Vec<f64> {
+    fn begin(&self, paths: &[SmoothedRecording]) -> Vec<f64> {
         let intervals = paths.iter().flat_map(|path| path.chain.intervals.iter().copied());
         let usual = median(&mut intervals.collect::<Vec<f64>>()).unwrap_or(0.0);
         let of_place = |place: &usize| {
@@ -474,7 +481,7 @@ impl Joint<'_> {
         self.places.iter().map(of_place).collect()
     }
 
-    fn update(&self, paths: &[Path], q: &mut [f64]) {
+    fn update(&self, paths: &[SmoothedRecording], q: &mut [f64]) {
         let mut sums = vec![(0.0, 0.0); q.len()];
         for path in paths {
             for (sum, own) in sums.iter_mut().zip(path.chain.smoothed(self.places, q).scores) {
@@ -491,11 +498,11 @@ impl Joint<'_> {
     }
 
     /// The states of a filter, and no inputs.
-    fn first(&self, recorded: &Recorded<'_>) -> Option<Estimated> {
-        let Recorded { inputs, times, measured, start } = *recorded;
+    fn first(&self, recorded: &JointRecording<'_>) -> Option<JointEstimate> {
+        let JointRecording { inputs, times, measured, start } = *recorded;
         let inputs = inputs_with_all(self.terms, inputs, times, &[]).ok()?;
         let nothing = vec![0.0; times.len()];
-        let followed = Followed {
+        let followed = FilterRecording {
             terms: self.terms,
             p: self.p,
             inputs: &inputs,
@@ -517,8 +524,8 @@ impl Joint<'_> {
     }
 
     /// Constant states at their start values, and no inputs: a first path where a filter diverges.
-    fn resting(&self, recorded: &Recorded<'_>) -> Option<Estimated> {
-        let Recorded { inputs, times, start, .. } = *recorded;
+    fn resting(&self, recorded: &JointRecording<'_>) -> Option<JointEstimate> {
+        let JointRecording { inputs, times, start, .. } = *recorded;
         let inputs = inputs_with_all(self.terms, inputs, times, &[]).ok()?;
         let problem = Problem { system: self.terms.system(), p: self.p, inputs: &inputs, start };
         let begun = simulate(&problem, times.get(..1)?, self.options).ok()?;
@@ -528,8 +535,12 @@ impl Joint<'_> {
     }
 
     /// The linearisation around states and inputs.
-    fn path(&self, recorded: &Recorded<'_>, (x, d): &Estimated) -> Option<Path> {
-        let Recorded { inputs: own, times, measured, .. } = *recorded;
+    fn path(
+        &self,
+        recorded: &JointRecording<'_>,
+        (x, d): &JointEstimate,
+    ) -> Option<SmoothedRecording> {
+        let JointRecording { inputs: own, times, measured, .. } = *recorded;
         let place_inputs: Vec<(usize, &[f64])> =
             self.places.iter().copied().zip(d.iter().map(Vec::as_slice)).collect();
         let inputs = inputs_with_all(self.terms, own, times, &place_inputs).ok()?;
@@ -549,10 +560,10 @@ impl Joint<'_> {
         for k in 0..last {
             let start: Vec<(usize, f64)> =
                 states.iter().copied().zip(x[k].iter().copied()).collect();
-            let problem: Problem<'_, Loaded> =
+            let problem: Problem<'_, LoadedSystem> =
                 Problem { system: self.terms.system(), p: self.p, inputs: &inputs, start: &start };
             let piece = simulate(&problem, &times[k..k + 2], self.options).ok()?;
-            let deviations = Deviations::along(self.terms, self.p, &inputs, &piece).ok()?;
+            let deviations = Deviations::linearize(self.terms, self.p, &inputs, &piece).ok()?;
             let simulated = observe(&problem, &piece);
             let gamma = &deviations.responses[0];
             let reached = piece.y(1);
@@ -591,7 +602,7 @@ impl Joint<'_> {
                             value += inputs[*place] * d[sample];
                         }
                         let variance = noise.total().powi(2);
-                        readings.push(Reading { value, variance, states, inputs });
+                        readings.push(JointReading { value, variance, states, inputs });
                     }
                 }
                 chain.readings.push(readings);
@@ -613,7 +624,7 @@ impl Joint<'_> {
         let n = own.len();
         let value = |t: f64| {
             let mut u = vec![0.0; n];
-            own.value(t, Side::Right, &mut u);
+            own.value(t, LimitSide::Right, &mut u);
             u
         };
         let mean = |[a, b]: [f64; 2]| {
@@ -623,12 +634,12 @@ impl Joint<'_> {
         };
         let u = times.iter().flat_map(|t| value(*t)).collect();
         let u_between = times.windows(2).flat_map(|ends| mean([ends[0], ends[1]])).collect();
-        Some(Path { trajectory, u, u_between, chain })
+        Some(SmoothedRecording { trajectory, u, u_between, chain })
     }
 }
 
 /// The course with states corrected by the readings of their own sample; between readings, the last correction holds.
-fn leaning((x, d): &Estimated, path: &Path) -> Estimated {
+fn leaning((x, d): &JointEstimate, path: &SmoothedRecording) -> JointEstimate {
     let chain = &path.chain;
     let mut moved = DVector::zeros(chain.n());
     let mut moved_states = Vec::with_capacity(x.len());
@@ -668,7 +679,7 @@ mod tests {
     use dgd_compiler::diagnostics::Diagnostics;
     use dgd_compiler::model::{ModelOptions, resolve};
     use dgd_compiler::pipeline::load;
-    use dgd_compiler::source::{Source, Sources};
+    use dgd_compiler::source::{SourceMap, SourceText};
     use dgd_execute::Engine;
 
     use super::*;
@@ -686,8 +697,8 @@ output y noise 0.001
 
     #[test]
     fn what_is_missing_is_found_in_its_equation_and_in_no_other() {
-        let (mut sources, mut diagnostics) = (Sources::default(), Diagnostics::default());
-        let source = Source { name: "two.dgd".to_owned(), text: MODEL.to_owned() };
+        let (mut sources, mut diagnostics) = (SourceMap::default(), Diagnostics::default());
+        let source = SourceText { name: "two.dgd".to_owned(), text: MODEL.to_owned() };
         let mut nothing = |path: &str| Err(format!("{path} is not read here"));
         let asts = load(source, &mut nothing, &mut sources, &mut diagnostics).expect("a model");
         let model = resolve(&asts, &ModelOptions::default(), &mut diagnostics).expect("a model");
@@ -709,11 +720,11 @@ output y noise 0.001
         let inputs = Inputs::none();
         let start = [(0, 0.1), (1, 0.0)];
         let recorded =
-            Recorded { inputs: &inputs, times: &times, measured: &measured, start: &start };
+            JointRecording { inputs: &inputs, times: &times, measured: &measured, start: &start };
         let noise = vec![Some(SensorNoise::known(0.001)); 2];
         let (p, options) = (Vec::new(), Options::default());
         let (terms, places, noise, options) = (&terms, &places, &noise, &options);
-        let joint = Joint { terms, places, free_starts: &[0, 1], p: &p, noise, options };
+        let joint = JointModel { terms, places, free_starts: &[0, 1], p: &p, noise, options };
         let (paths, q) = joint.paths(&[recorded]).expect("a path");
         assert_eq!(joint.standing_out(&paths, &q), [places[0]]);
         assert!(q[1] < 1e-6 * q[0], "{q:?}");

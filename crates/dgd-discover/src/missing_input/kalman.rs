@@ -1,7 +1,7 @@
 //! Kalman filter and smoother for deviations with one unknown input.
 //!
 //! The state is z = [δx; n; d], with d a random walk that steps at the samples and n the correlated noise of each
-//! sensor that has any, of variance c² and correlation time τ. Other [`Walk`]s have other last rows: a white d is
+//! sensor that has any, of variance c² and correlation time τ. Other [`InputWalk`]s have other last rows: a white d is
 //! independent at each sample, and an integrated walk is followed by its slope, z = [δx; n; d; ḋ], which steps.
 //!
 //! ```text
@@ -30,15 +30,15 @@
 #![allow(clippy::inline_always)]
 
 use super::deviations::Deviations;
-use crate::noise::Whitener;
-use dgd_screen::noise::{Colour, SensorNoise};
+use crate::noise::NoiseWhitener;
+use dgd_screen::noise::{NoiseColour, SensorNoise};
 
 /// Numbers that the kernels below process at once.
 const LANES: usize = 4;
 
 /// The random process of an unknown input.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-pub(crate) enum Walk {
+pub(crate) enum InputWalk {
     /// White noise: independent at each sample.
     White,
     /// A random walk.
@@ -47,15 +47,16 @@ pub(crate) enum Walk {
     Integrated,
 }
 
-impl Walk {
+impl InputWalk {
     /// All processes, the simplest first.
-    pub(crate) const ALL: [Walk; 3] = [Walk::Random, Walk::White, Walk::Integrated];
+    pub(crate) const ALL: [InputWalk; 3] =
+        [InputWalk::Random, InputWalk::White, InputWalk::Integrated];
 
     /// Number of states in z that it needs.
     fn len(self) -> usize {
         match self {
-            Walk::White | Walk::Random => 1,
-            Walk::Integrated => 2,
+            InputWalk::White | InputWalk::Random => 1,
+            InputWalk::Integrated => 2,
         }
     }
 }
@@ -64,11 +65,11 @@ impl Walk {
 ///
 /// Between n and d, z is padded with zeros to a multiple of [`LANES`].
 #[derive(Debug)]
-pub(crate) struct Chain {
+pub(crate) struct DeviationChain {
     /// Length of z.
     n: usize,
     /// The process of d.
-    walk: Walk,
+    walk: InputWalk,
     /// Position of d in z.
     at: usize,
     /// F of each interval, row by row, without its last row.
@@ -85,7 +86,7 @@ pub(crate) struct Chain {
     /// Noise of each output.
     noise: Vec<Option<SensorNoise>>,
     /// All measurements, in order of time.
-    pub(crate) measurements: Vec<Measurement>,
+    pub(crate) measurements: Vec<ChainMeasurement>,
     /// H of each measurement.
     rows: Vec<f64>,
     /// First measurement of each sample, and the end of the last.
@@ -94,7 +95,7 @@ pub(crate) struct Chain {
 
 /// One measured deviation.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Measurement {
+pub(crate) struct ChainMeasurement {
     /// Its sample.
     pub(crate) sample: usize,
     /// Its output.
@@ -107,7 +108,7 @@ pub(crate) struct Measurement {
 
 /// Record of the filter for the smoother, or for filtering other measurements.
 #[derive(Debug, Default)]
-struct Record {
+struct FilterRecord {
     /// Whether z⁺ and P⁺ are stored.
     has_states: bool,
     /// z⁺ and P⁺ of each sample.
@@ -120,7 +121,7 @@ struct Record {
 
 /// Smoothed values.
 #[derive(Debug)]
-pub(crate) struct Smoothed {
+pub(crate) struct ChainSmoothed {
     /// d at each sample.
     pub(crate) input: Vec<f64>,
     /// Its standard deviation.
@@ -133,7 +134,7 @@ pub(crate) struct Smoothed {
 
 /// Measurements whitened by a filter.
 #[derive(Debug)]
-pub(crate) struct Whitened {
+pub(crate) struct WhitenedMeasurements {
     /// Innovations of the residuals divided by their standard deviations.
     pub(crate) residuals: Vec<f64>,
     /// Those of each column.
@@ -144,7 +145,7 @@ pub(crate) struct Whitened {
 }
 
 /// Work space of a filter.
-struct Filter {
+struct FilterWorkspace {
     z: Vec<f64>,
     p: Vec<f64>,
     gain: Vec<f64>,
@@ -152,20 +153,20 @@ struct Filter {
     product: Vec<f64>,
 }
 
-impl Chain {
+impl DeviationChain {
     /// The chain with the unknown input at one place. `residuals` has n_w numbers per sample, not finite where nothing
     /// was measured; outputs without noise, or whose white noise is not a positive number, are left out.
     pub(crate) fn new(
         deviations: &Deviations,
         place: usize,
-        walk: Walk,
+        walk: InputWalk,
         residuals: &[f64],
         noise: &[Option<SensorNoise>],
     ) -> Self {
         let (times, n_w) = (&deviations.times, deviations.n_outputs);
         let states = deviations.n();
         let intervals: Vec<f64> = times.windows(2).map(|pair| pair[1] - pair[0]).collect();
-        let coloured: Vec<(usize, Colour)> = noise
+        let coloured: Vec<(usize, NoiseColour)> = noise
             .iter()
             .enumerate()
             .filter_map(|(output, noise)| Some((output, noise.as_ref()?.colour?)))
@@ -185,7 +186,7 @@ impl Chain {
             for (i, (_, colour)) in coloured.iter().enumerate() {
                 f[(states + i) * (n + 1)] = (-h / colour.memory).exp();
             }
-            if walk == Walk::Integrated {
+            if walk == InputWalk::Integrated {
                 f[input_position * n + input_position] = 1.0;
                 f[input_position * n + n - 1] = *h;
             }
@@ -202,7 +203,12 @@ impl Chain {
                     continue;
                 };
                 if value.is_finite() && std > 0.0 && std.is_finite() {
-                    measurements.push(Measurement { sample, output, value, variance: std * std });
+                    measurements.push(ChainMeasurement {
+                        sample,
+                        output,
+                        value,
+                        variance: std * std,
+                    });
                     let mut row = vec![0.0; n];
                     for (entry, c) in row.iter_mut().zip(seen.states.row(output).iter()) {
                         *entry = *c;
@@ -217,7 +223,7 @@ impl Chain {
             begin.push(measurements.len());
         }
         let of_colour = coloured.iter().map(|(_, colour)| colour.std);
-        Chain {
+        DeviationChain {
             n,
             walk,
             at: input_position,
@@ -250,7 +256,7 @@ impl Chain {
             for (measurement, response) in pairs.filter(|(m, _)| m.output == output) {
                 responses[measurement.sample] = *response;
             }
-            let whitener = Whitener::new(&self.times, |k| responses[k].is_finite(), noise);
+            let whitener = NoiseWhitener::new(&self.times, |k| responses[k].is_finite(), noise);
             let whitened = whitener.apply(responses.iter().copied());
             whitened.iter().filter(|value| value.is_finite()).map(|value| value * value).sum()
         };
@@ -286,8 +292,8 @@ impl Chain {
 
     /// The whitened residuals and further columns: innovations divided by their standard deviations, and Σ ln S of the
     /// innovations' variances. `columns` have a number for each measurement.
-    pub(crate) fn whitened(&self, intensity: f64, columns: &[Vec<f64>]) -> Whitened {
-        let mut record = Some(Record::default());
+    pub(crate) fn whitened(&self, intensity: f64, columns: &[Vec<f64>]) -> WhitenedMeasurements {
+        let mut record = Some(FilterRecord::default());
         self.filter(intensity, &mut record);
         let record = record.unwrap_or_default();
         let values: Vec<f64> = self.measurements.iter().map(|m| m.value).collect();
@@ -295,7 +301,7 @@ impl Chain {
         let columns = columns.iter().map(|column| self.along(&record, column, &[])).collect();
         let log_variances: Vec<f64> = record.innovations.iter().map(|(_, s)| s.ln()).collect();
         let log_determinant = log_variances.iter().sum();
-        Whitened { residuals, columns, log_variances, log_determinant }
+        WhitenedMeasurements { residuals, columns, log_variances, log_determinant }
     }
 
     /// Time of a measurement, s.
@@ -305,7 +311,7 @@ impl Chain {
 
     /// Innovations of other measured values divided by their standard deviations, with the gains of an earlier filter
     /// run; `shifts` are like those of the chain.
-    fn along(&self, record: &Record, values: &[f64], shifts: &[f64]) -> Vec<f64> {
+    fn along(&self, record: &FilterRecord, values: &[f64], shifts: &[f64]) -> Vec<f64> {
         // See `filter`.
         match self.n {
             4 => self.along_of_size(4, record, values, shifts),
@@ -316,7 +322,13 @@ impl Chain {
     }
 
     #[inline(always)]
-    fn along_of_size(&self, n: usize, record: &Record, values: &[f64], shifts: &[f64]) -> Vec<f64> {
+    fn along_of_size(
+        &self,
+        n: usize,
+        record: &FilterRecord,
+        values: &[f64],
+        shifts: &[f64],
+    ) -> Vec<f64> {
         let (mut z, mut next) = (vec![0.0; n], vec![0.0; n]);
         let mut innovations = Vec::with_capacity(values.len());
         for k in 0..=self.intervals.len() {
@@ -331,7 +343,7 @@ impl Chain {
                 for (next, row) in next.iter_mut().zip(self.transition(k).chunks_exact(n)) {
                     *next = flushed(dot(row, &z));
                 }
-                next[n - 1] = if self.walk == Walk::White { 0.0 } else { z[n - 1] };
+                next[n - 1] = if self.walk == InputWalk::White { 0.0 } else { z[n - 1] };
                 shift(&mut next, shifts, k);
                 std::mem::swap(&mut z, &mut next);
             }
@@ -345,14 +357,14 @@ impl Chain {
     }
 
     /// d and the residuals, given all measurements.
-    pub(crate) fn smooth(&self, intensity: f64) -> Smoothed {
+    pub(crate) fn smooth(&self, intensity: f64) -> ChainSmoothed {
         let n = self.n;
-        let mut record = Some(Record { has_states: true, ..Record::default() });
+        let mut record = Some(FilterRecord { has_states: true, ..FilterRecord::default() });
         self.filter(intensity, &mut record);
         let record = record.unwrap_or_default();
 
         let samples = self.intervals.len() + 1;
-        let mut smoothed = Smoothed {
+        let mut smoothed = ChainSmoothed {
             input: vec![0.0; samples],
             std: vec![0.0; samples],
             residuals: vec![0.0; self.measurements.len()],
@@ -419,7 +431,7 @@ impl Chain {
         for (row, lambda) in rows().zip(lambda.iter()) {
             add_scaled(column, *lambda, row);
         }
-        let goes_on = if self.walk == Walk::White { 0.0 } else { 1.0 };
+        let goes_on = if self.walk == InputWalk::White { 0.0 } else { 1.0 };
         column[n - 1] += goes_on * lambda[n - 1];
         for (lambda, column) in lambda.iter_mut().zip(column.iter()) {
             *lambda = flushed(*column);
@@ -444,7 +456,7 @@ impl Chain {
     }
 
     /// Runs the filter and returns ln p(r | q).
-    fn filter(&self, intensity: f64, record: &mut Option<Record>) -> f64 {
+    fn filter(&self, intensity: f64, record: &mut Option<FilterRecord>) -> f64 {
         // One routine, inlined so that its size is a constant for small models.
         match self.n {
             4 => self.filter_of_size(4, intensity, record),
@@ -455,15 +467,15 @@ impl Chain {
     }
 
     #[inline(always)]
-    fn filter_of_size(&self, n: usize, intensity: f64, record: &mut Option<Record>) -> f64 {
-        let mut filter = Filter::new(n);
+    fn filter_of_size(&self, n: usize, intensity: f64, record: &mut Option<FilterRecord>) -> f64 {
+        let mut filter = FilterWorkspace::new(n);
         for (i, variance) in self.start.iter().enumerate() {
             filter.p[i * n + i] = *variance;
         }
         let duration = self.duration();
         let start = intensity * duration;
         filter.p[n * n - 1] = start;
-        if self.walk == Walk::Integrated {
+        if self.walk == InputWalk::Integrated {
             // The variance that the walk reaches over the whole recording.
             filter.p[self.at * (n + 1)] = start * duration * duration / 3.0;
         }
@@ -471,7 +483,7 @@ impl Chain {
         let mut log_likelihood = 0.0;
         for k in 0..=self.intervals.len() {
             for m in self.begin[k]..self.begin[k + 1] {
-                let Measurement { value, variance, .. } = self.measurements[m];
+                let ChainMeasurement { value, variance, .. } = self.measurements[m];
                 let h = &self.rows[m * n..(m + 1) * n];
                 let (innovation, s) = filter.update(n, h, value, variance);
                 log_likelihood -= 0.5 * (s.ln() + innovation * innovation / s);
@@ -486,7 +498,7 @@ impl Chain {
             }
             if let Some(h) = self.intervals.get(k) {
                 let transition = self.transition(k);
-                if self.walk == Walk::White {
+                if self.walk == InputWalk::White {
                     filter.predict(n, transition, 0.0);
                     filter.begin_anew(n, start);
                 } else {
@@ -503,9 +515,9 @@ impl Chain {
     }
 }
 
-impl Filter {
+impl FilterWorkspace {
     fn new(n: usize) -> Self {
-        Filter {
+        FilterWorkspace {
             z: vec![0.0; n],
             p: vec![0.0; n * n],
             gain: vec![0.0; n],
@@ -517,7 +529,7 @@ impl Filter {
     /// Updates with a measurement; returns its innovation and the innovation's variance.
     #[inline(always)]
     fn update(&mut self, n: usize, h: &[f64], value: f64, variance: f64) -> (f64, f64) {
-        let Filter { z, p, gain, column, .. } = self;
+        let FilterWorkspace { z, p, gain, column, .. } = self;
         let (p, h) = (&mut p[..n * n], &h[..n]);
         let (z, gain, column) = (&mut z[..n], &mut gain[..n], &mut column[..n]);
         // S = H P Hᵀ + σ², K = P Hᵀ/S; most outputs depend on few states.
@@ -547,7 +559,7 @@ impl Filter {
     /// z ← F z, P ← F P Fᵀ with `step` added to the variance of d.
     #[inline(always)]
     fn predict(&mut self, n: usize, transition: &[f64], step: f64) {
-        let Filter { z, p, column, product, .. } = self;
+        let FilterWorkspace { z, p, column, product, .. } = self;
         let (p, product) = (&mut p[..n * n], &mut product[..n * n]);
         let rows = || transition[..n * (n - 1)].chunks_exact(n);
         for (next, row) in column.iter_mut().zip(rows()) {

@@ -11,31 +11,33 @@
 use dgd_compiler::diagnostics::Diagnostics;
 use dgd_compiler::model::Model;
 use dgd_compiler::units::parse_unit;
-use dgd_execute::{Engine, Loaded};
+use dgd_execute::{Engine, LoadedSystem};
 use dgd_identify::{Recording, Starts};
 use dgd_runtime::parallel::{in_parallel, in_parallel_stateless};
 use dgd_runtime::{Inputs, Problem, Solution, System, observe, simulate};
 
-use super::around::Piece;
-use super::deviations::{Deviations, LinearizeError};
-use super::filtered::{Filtered, Followed};
-use super::kalman::{Chain, Walk};
-use super::missing_terms::{MissingTerms, Place, PlaceKind};
-use super::place_fit::{Columns, Likelihood, PlaceFit, Sight, Sights};
-use super::plausible::{Objection, objection};
+use super::around::ReferencePart;
+use super::deviations::{DeviationError, Deviations};
+use super::filtered::{FilterRecording, FilteredTrajectory};
+use super::kalman::{DeviationChain, InputWalk};
+use super::missing_terms::{MissingPlace, MissingTerms, PlaceKind};
+use super::place_fit::{
+    LinearisedRecording, LinearisedRecordings, ParameterColumns, PlaceFit, ReadingLikelihood,
+};
+use super::plausible::{PlaceObjection, objection};
 use super::reconstruct::{inputs_with, reconstruct};
-use super::thinned::Thinned;
+use super::thinned::ThinnedRecording;
 use super::unknown_input::{standing_out, unknown_input};
-use crate::fit::{Data, Fitted, states_at};
-use crate::library::Values;
-use crate::noise::Window;
+use crate::fit::{FittedStructure, SearchData, states_at};
+use crate::library::CarriedValues;
+use crate::noise::SignalWindow;
 use dgd_screen::noise::median;
 
 /// The missing input at a place.
 #[derive(Debug, Clone)]
 pub struct MissingInput {
     /// The place.
-    pub place: Place,
+    pub place: MissingPlace,
     /// The unit of `value` and `std`.
     pub unit: String,
     /// Times of the first training recording, s.
@@ -46,7 +48,7 @@ pub struct MissingInput {
     /// Its standard deviation.
     pub std: Vec<f64>,
     /// Windows in which it stands out.
-    pub windows: Vec<Window>,
+    pub windows: Vec<SignalWindow>,
     /// Gain in log-likelihood over nothing missing, of validation readings if there are any.
     pub gain: f64,
 }
@@ -85,14 +87,14 @@ pub(crate) struct FoundPlace {
     pub(crate) train: Vec<PlaceTrace>,
     pub(crate) valid: Vec<PlaceTrace>,
     /// Windows in which it stands out in each training recording.
-    windows: Vec<Vec<Window>>,
+    windows: Vec<Vec<SignalWindow>>,
     /// Mean square of the residuals relative to the noise in simulations of the training recordings with its traces, at
     /// most that of the readings about their mean.
     pub(crate) left: f64,
     /// The unknowns along the first training recording.
     pub(crate) course: Option<Solution>,
     /// The reason why it is implausible.
-    pub(crate) objection: Option<Objection>,
+    pub(crate) objection: Option<PlaceObjection>,
 }
 
 impl FoundPlace {
@@ -104,7 +106,7 @@ impl FoundPlace {
 
 /// The places of a model, and the findings there.
 #[derive(Debug, Clone, Default)]
-pub(crate) struct Missing {
+pub(crate) struct MissingInputs {
     /// The model with all places.
     pub(crate) terms: Option<MissingTerms>,
     /// Places that increase the likelihood of the readings, the best first.
@@ -127,17 +129,17 @@ const AGAIN: usize = 2;
 pub(crate) const TIE: f64 = 3.0;
 
 /// The data of the search over places.
-pub(super) struct Places<'a> {
+pub(super) struct PlaceSearch<'a> {
     pub(super) terms: &'a MissingTerms,
-    pub(super) data: &'a Data<'a>,
+    pub(super) data: &'a SearchData<'a>,
     /// All parameters, SI: those of the fit, or the model's own if the fit diverges.
     pub(super) p: Vec<f64>,
     pub(super) own: Vec<f64>,
     /// Whether the fit diverges, so that trajectories are those of filters.
     pub(super) runs_away: bool,
     pub(super) follows: bool,
-    pub(super) train: Vec<Thinned<'a>>,
-    pub(super) valid: Vec<Thinned<'a>>,
+    pub(super) train: Vec<ThinnedRecording<'a>>,
+    pub(super) valid: Vec<ThinnedRecording<'a>>,
     /// Places of the free parameters, with their sizes and positions among the parameters.
     pub(super) free: Vec<(usize, f64, usize)>,
 }
@@ -146,24 +148,24 @@ pub(super) struct Places<'a> {
 pub(crate) fn missing_inputs(
     model: &Model,
     engine: Engine,
-    fitted: &Fitted,
-    data: &Data<'_>,
+    fitted: &FittedStructure,
+    data: &SearchData<'_>,
     threads: usize,
-) -> Missing {
+) -> MissingInputs {
     let Ok(terms) = MissingTerms::scaled(model, data.scales, engine, &mut Diagnostics::default())
     else {
-        return Missing::nowhere("the model has no room for a missing term");
+        return MissingInputs::nowhere("the model has no room for a missing term");
     };
-    let ranked = Places::new(&terms, fitted, data).ranked(model, threads);
+    let ranked = PlaceSearch::new(&terms, fitted, data).ranked(model, threads);
     match ranked {
-        Ok(ranked) => Missing { ranked, terms: Some(terms), reason: None },
-        Err(error) => Missing::nowhere(&error.to_string()),
+        Ok(ranked) => MissingInputs { ranked, terms: Some(terms), reason: None },
+        Err(error) => MissingInputs::nowhere(&error.to_string()),
     }
 }
 
-impl Missing {
+impl MissingInputs {
     fn nowhere(reason: &str) -> Self {
-        Missing { reason: Some(reason.to_owned()), ..Missing::default() }
+        MissingInputs { reason: Some(reason.to_owned()), ..MissingInputs::default() }
     }
 }
 
@@ -177,7 +179,7 @@ pub(crate) struct FreePlace {
 }
 
 /// The places of a structure's free parameters.
-pub(crate) fn free_places(terms: &MissingTerms, fitted: &Fitted) -> Vec<FreePlace> {
+pub(crate) fn free_places(terms: &MissingTerms, fitted: &FittedStructure) -> Vec<FreePlace> {
     let parameters = &fitted.structure.system.signature().parameters;
     let is_free =
         |name: &str| fitted.estimates.iter().any(|e| e.recording.is_none() && e.name == name);
@@ -191,8 +193,8 @@ pub(crate) fn free_places(terms: &MissingTerms, fitted: &Fitted) -> Vec<FreePlac
     free.collect()
 }
 
-impl<'a> Places<'a> {
-    fn new(terms: &'a MissingTerms, fitted: &'a Fitted, data: &'a Data<'a>) -> Self {
+impl<'a> PlaceSearch<'a> {
+    fn new(terms: &'a MissingTerms, fitted: &'a FittedStructure, data: &'a SearchData<'a>) -> Self {
         let system = &fitted.structure.system;
         let starts = fitted.held_out_starts(data, EVALUATIONS);
         let held_out = data.valid.iter().zip(starts.into_iter().flatten()).enumerate();
@@ -202,75 +204,95 @@ impl<'a> Places<'a> {
         let train = train
             .map(|(r, recording)| {
                 let start = fitted.values.starts(system, r);
-                Thinned::new(recording, most, start, f64::NEG_INFINITY)
+                ThinnedRecording::new(recording, most, start, f64::NEG_INFINITY)
             })
             .collect();
         let valid = held_out
             .map(|(r, (recording, start))| {
                 let from = data.counts_from.get(r).copied().unwrap_or(f64::NEG_INFINITY);
-                Thinned::new(recording, most, start, from)
+                ThinnedRecording::new(recording, most, start, from)
             })
             .collect();
         let free = free_places(terms, fitted).into_iter();
         let free = free.map(|FreePlace { place, size, parameter }| (place, size, parameter));
         let free = free.collect();
-        let declared = Values::default().parameters(system);
+        let declared = CarriedValues::default().parameters(system);
         let (p, runs_away, follows) = (fitted.p.clone(), fitted.runs_away(data), false);
-        Places { terms, data, p, own: declared, runs_away, follows, train, valid, free }
+        PlaceSearch { terms, data, p, own: declared, runs_away, follows, train, valid, free }
     }
 
-    pub(super) fn system(&self) -> &Loaded {
+    pub(super) fn system(&self) -> &LoadedSystem {
         self.terms.system()
     }
 
     /// Inputs of the model and of all places, with d at one of these.
-    pub(super) fn inputs(&self, thinned: &Thinned<'_>, place: usize, d: &[f64]) -> Option<Inputs> {
-        let Thinned { recording, times, start, .. } = thinned;
+    pub(super) fn inputs(
+        &self,
+        thinned: &ThinnedRecording<'_>,
+        place: usize,
+        d: &[f64],
+    ) -> Option<Inputs> {
+        let ThinnedRecording { recording, times, start, .. } = thinned;
         let (p, noise) = (&*self.p, &*self.data.noise);
-        let around =
-            super::Recording { p, inputs: &recording.inputs, start, times, measured: &[], noise };
+        let around = super::ReconstructedRecording {
+            p,
+            inputs: &recording.inputs,
+            start,
+            times,
+            measured: &[],
+            noise,
+        };
         inputs_with(self.terms, &around, place, d).ok()
     }
 
     /// A linearised recording, around its simulation with nothing missing.
-    fn sight(&self, thinned: &Thinned<'_>) -> Result<Sight, LinearizeError> {
+    fn sight(&self, thinned: &ThinnedRecording<'_>) -> Result<LinearisedRecording, DeviationError> {
         let nothing = vec![0.0; thinned.times.len()];
         self.sight_around(thinned, &thinned.start, 0, &nothing, &self.p)
-            .ok_or(LinearizeError::Undetermined)
+            .ok_or(DeviationError::Undetermined)
     }
 
     /// A recording linearised around the trajectory of a filter, with d at a place.
     pub(super) fn sight_filtered(
         &self,
-        thinned: &Thinned<'_>,
+        thinned: &ThinnedRecording<'_>,
         place: usize,
         d: &[f64],
         p: &[f64],
-    ) -> Option<Sight> {
-        let Thinned { times, start, counts_from, .. } = thinned;
+    ) -> Option<LinearisedRecording> {
+        let ThinnedRecording { times, start, counts_from, .. } = thinned;
         let (inputs, measured) = (self.inputs(thinned, place, d)?, thinned.readings());
-        let Data { noise, options, .. } = self.data;
+        let SearchData { noise, options, .. } = self.data;
         let (terms, inputs, measured) = (self.terms, &inputs, &*measured);
         let followed =
-            Followed { terms, p, inputs, place, d, start, times, measured, noise, options };
-        let Filtered { deviations, residuals, trajectory } = followed.filtered()?;
+            FilterRecording { terms, p, inputs, place, d, start, times, measured, noise, options };
+        let FilteredTrajectory { deviations, residuals, trajectory } = followed.filtered()?;
         let (counts_from, start) = (*counts_from, states_at(self.system(), &trajectory, 0));
-        Some(Sight { deviations, residuals, counts_from, start, followed: Some(trajectory) })
+        Some(LinearisedRecording {
+            deviations,
+            residuals,
+            counts_from,
+            start,
+            followed: Some(trajectory),
+        })
     }
 
     /// All linearised recordings, training first. If the fitted model diverges from one, they are linearised around the
     /// trajectory of a filter, with the model's own parameters: those of the fit are a compromise.
-    fn sights(&mut self) -> Result<[Vec<Sight>; 2], LinearizeError> {
-        let sights = |all: &[Thinned<'_>]| -> Result<Vec<Sight>, LinearizeError> {
-            all.iter().map(|thinned| self.sight(thinned)).collect()
-        };
+    fn sights(&mut self) -> Result<[Vec<LinearisedRecording>; 2], DeviationError> {
+        let sights =
+            |all: &[ThinnedRecording<'_>]| -> Result<Vec<LinearisedRecording>, DeviationError> {
+                all.iter().map(|thinned| self.sight(thinned)).collect()
+            };
         if self.runs_away {
-            let followed = |thinned: &Thinned<'_>| {
+            let followed = |thinned: &ThinnedRecording<'_>| {
                 let nothing = vec![0.0; thinned.times.len()];
                 self.sight_filtered(thinned, 0, &nothing, &self.own)
             };
             let recordings = self.train.iter().chain(&self.valid);
-            if let Some(mut train) = recordings.map(followed).collect::<Option<Vec<Sight>>>() {
+            if let Some(mut train) =
+                recordings.map(followed).collect::<Option<Vec<LinearisedRecording>>>()
+            {
                 let recordings = self.train.iter_mut().chain(&mut self.valid);
                 for (thinned, sight) in recordings.zip(&train) {
                     thinned.start.clone_from(&sight.start);
@@ -288,47 +310,59 @@ impl<'a> Places<'a> {
     /// the linearised model would have without d.
     pub(super) fn sight_around(
         &self,
-        thinned: &Thinned<'_>,
+        thinned: &ThinnedRecording<'_>,
         start: &[(usize, f64)],
         place: usize,
         d: &[f64],
         p: &[f64],
-    ) -> Option<Sight> {
-        let Thinned { times, counts_from, .. } = thinned;
+    ) -> Option<LinearisedRecording> {
+        let ThinnedRecording { times, counts_from, .. } = thinned;
         let inputs = self.inputs(thinned, place, d)?;
         let problem = Problem { system: self.system(), p, inputs: &inputs, start };
         let solution = simulate(&problem, times, &self.data.options).ok()?;
-        let deviations = Deviations::along(self.terms, p, &inputs, &solution).ok()?;
+        let deviations = Deviations::linearize(self.terms, p, &inputs, &solution).ok()?;
         let mut residuals = thinned.residuals(&observe(&problem, &solution));
         if d.iter().any(|d| *d != 0.0) {
-            let chain = Chain::new(&deviations, place, Walk::Random, &residuals, &self.data.noise);
+            let chain = DeviationChain::new(
+                &deviations,
+                place,
+                InputWalk::Random,
+                &residuals,
+                &self.data.noise,
+            );
             chain.add_response(d, &mut residuals, deviations.n_outputs);
         }
         let (counts_from, start) = (*counts_from, states_at(self.system(), &solution, 0));
-        Some(Sight { deviations, residuals, counts_from, start, followed: None })
+        Some(LinearisedRecording { deviations, residuals, counts_from, start, followed: None })
     }
 
-    fn ranked(&mut self, model: &Model, threads: usize) -> Result<Vec<FoundPlace>, LinearizeError> {
+    fn ranked(&mut self, model: &Model, threads: usize) -> Result<Vec<FoundPlace>, DeviationError> {
         let [train, valid] = self.sights()?;
         let free: Vec<(usize, f64)> = self.free.iter().map(|(i, size, _)| (*i, *size)).collect();
-        let plain = Sights { train: &train, valid: &valid, noise: &self.data.noise, free: &free };
-        let columns = Columns { train: plain.columns(&train), valid: plain.columns(&valid) };
+        let plain = LinearisedRecordings {
+            train: &train,
+            valid: &valid,
+            noise: &self.data.noise,
+            free: &free,
+        };
+        let columns =
+            ParameterColumns { train: plain.columns(&train), valid: plain.columns(&valid) };
         let Some(nothing) = plain.nothing(0, &columns) else {
-            return Err(LinearizeError::Undetermined);
+            return Err(DeviationError::Undetermined);
         };
         let count = self.terms.places().len();
         let progress = self.data.keeping.count("places examined", count);
         let fits = in_parallel_stateless(count, threads, |place| {
             let fit = plain.fit(place, &columns);
             progress.more(1);
-            Some(Found::new(place, fit?, &plain, &columns))
+            Some(EstimatedPlace::new(place, fit?, &plain, &columns))
         });
-        let mut candidates: Vec<Found> = fits.into_iter().flatten().collect();
+        let mut candidates: Vec<EstimatedPlace> = fits.into_iter().flatten().collect();
         sort(&mut candidates, nothing.likelihood);
         let nearest = candidates.len().min(AROUND);
         let again = in_parallel(self.terms, nearest, threads, |terms, k| {
             // Each thread has a system of its own.
-            let places = Places {
+            let places = PlaceSearch {
                 terms,
                 data: self.data,
                 p: self.p.clone(),
@@ -348,13 +382,13 @@ impl<'a> Places<'a> {
         }
         sort(&mut candidates, nothing.likelihood);
         let reported = candidates.into_iter().filter_map(|place| {
-            let gain = place.fit.likelihood.over(nothing.likelihood);
+            let gain = place.fit.likelihood.gain_over(nothing.likelihood);
             (gain > 0.0).then(|| self.told(model, &place, gain))
         });
         Ok(reported.collect())
     }
 
-    fn told(&self, model: &Model, found: &Found, gain: f64) -> FoundPlace {
+    fn told(&self, model: &Model, found: &EstimatedPlace, gain: f64) -> FoundPlace {
         let place = self.terms.places()[found.place].clone();
         let p = self.changed(found.p.as_ref().unwrap_or(&self.p), &found.fit);
         let (mut base, mut unit) = (0.0, (place.unit.clone(), 1.0));
@@ -380,23 +414,24 @@ impl<'a> Places<'a> {
         if let Some(display_unit) = display_unit {
             unit = (display_unit.symbol, display_unit.factor);
         }
-        let windows: Vec<Vec<Window>> = (self.train.iter().zip(&found.train))
-            .map(|(thinned, Estimated { piece, std, .. })| {
+        let windows: Vec<Vec<SignalWindow>> = (self.train.iter().zip(&found.train))
+            .map(|(thinned, RecordedInput { piece, std, .. })| {
                 standing_out(&thinned.times, &piece.d, std, found.fit.intensity)
             })
             .collect();
-        let traces = |all: &[Thinned<'_>], estimates: &[Estimated]| -> Vec<PlaceTrace> {
-            let each = all.iter().zip(estimates);
-            each.map(|(thinned, Estimated { piece, std, followed })| PlaceTrace {
-                times: thinned.times.clone(),
-                d: piece.d.clone(),
-                std: std.clone(),
-                start: piece.start.clone(),
-                resolved: resolved(&found.fit, std),
-                followed: followed.clone(),
-            })
-            .collect()
-        };
+        let traces =
+            |all: &[ThinnedRecording<'_>], estimates: &[RecordedInput]| -> Vec<PlaceTrace> {
+                let each = all.iter().zip(estimates);
+                each.map(|(thinned, RecordedInput { piece, std, followed })| PlaceTrace {
+                    times: thinned.times.clone(),
+                    d: piece.d.clone(),
+                    std: std.clone(),
+                    start: piece.start.clone(),
+                    resolved: resolved(&found.fit, std),
+                    followed: followed.clone(),
+                })
+                .collect()
+            };
         let missing = MissingInput {
             place,
             unit: unit.0,
@@ -419,54 +454,60 @@ fn resolved(fit: &PlaceFit, std: &[f64]) -> f64 {
     let Some(typical) = median(&mut std.to_vec()) else { return 0.0 };
     let share = typical * typical / fit.intensity;
     match fit.walk {
-        Walk::White => 0.0,
-        Walk::Random => 2.0 * share,
-        Walk::Integrated => 2.0 * share.cbrt(),
+        InputWalk::White => 0.0,
+        InputWalk::Random => 2.0 * share,
+        InputWalk::Integrated => 2.0 * share.cbrt(),
     }
 }
 
 /// A place with its estimates.
-pub(super) struct Found {
+pub(super) struct EstimatedPlace {
     pub(super) place: usize,
     pub(super) fit: PlaceFit,
     /// Parameters of the trajectory around which it was fitted, if they differ from those of the base model.
     pub(super) p: Option<Vec<f64>>,
     /// Estimates in each training recording; the validation recordings follow.
-    pub(super) train: Vec<Estimated>,
-    pub(super) valid: Vec<Estimated>,
+    pub(super) train: Vec<RecordedInput>,
+    pub(super) valid: Vec<RecordedInput>,
 }
 
 /// The missing input at a place in one recording.
-pub(super) struct Estimated {
-    pub(super) piece: Piece,
+pub(super) struct RecordedInput {
+    pub(super) piece: ReferencePart,
     /// Standard deviation of d.
     pub(super) std: Vec<f64>,
     /// The trajectory, if it is that of a filter.
     pub(super) followed: Option<Solution>,
 }
 
-impl Found {
-    pub(super) fn new(place: usize, fit: PlaceFit, sights: &Sights<'_>, columns: &Columns) -> Self {
-        let smoothed = |all: &[Sight], columns: &[Vec<Vec<f64>>]| -> Vec<Estimated> {
-            let both = all.iter().zip(columns);
-            both.map(|(sight, columns)| {
-                let smoothed = sights.smoothed(sight, place, &fit, columns);
-                let moved = sight.start.iter().zip(&smoothed.start);
-                let start = moved.map(|((state, value), change)| (*state, value + change));
-                let piece = Piece { start: start.collect(), d: smoothed.input };
-                Estimated { piece, std: smoothed.std, followed: sight.followed.clone() }
-            })
-            .collect()
-        };
+impl EstimatedPlace {
+    pub(super) fn new(
+        place: usize,
+        fit: PlaceFit,
+        sights: &LinearisedRecordings<'_>,
+        columns: &ParameterColumns,
+    ) -> Self {
+        let smoothed =
+            |all: &[LinearisedRecording], columns: &[Vec<Vec<f64>>]| -> Vec<RecordedInput> {
+                let both = all.iter().zip(columns);
+                both.map(|(sight, columns)| {
+                    let smoothed = sights.smoothed(sight, place, &fit, columns);
+                    let moved = sight.start.iter().zip(&smoothed.start);
+                    let start = moved.map(|((state, value), change)| (*state, value + change));
+                    let piece = ReferencePart { start: start.collect(), d: smoothed.input };
+                    RecordedInput { piece, std: smoothed.std, followed: sight.followed.clone() }
+                })
+                .collect()
+            };
         let train = smoothed(sights.train, &columns.train);
         let valid = smoothed(sights.valid, &columns.valid);
-        Found { place, fit, p: None, train, valid }
+        EstimatedPlace { place, fit, p: None, train, valid }
     }
 }
 
 /// Sorts the most likely first.
-fn sort(found: &mut [Found], nothing: Likelihood) {
-    let gain = |found: &Found| found.fit.likelihood.over(nothing);
+fn sort(found: &mut [EstimatedPlace], nothing: ReadingLikelihood) {
+    let gain = |found: &EstimatedPlace| found.fit.likelihood.gain_over(nothing);
     found.sort_by(|a, b| gain(b).total_cmp(&gain(a)));
 }
 
@@ -474,8 +515,8 @@ fn sort(found: &mut [Found], nothing: Likelihood) {
 /// alone and again around the trajectory that includes it.
 pub(crate) fn alone(
     terms: &MissingTerms,
-    fitted: &Fitted,
-    data: &Data<'_>,
+    fitted: &FittedStructure,
+    data: &SearchData<'_>,
     place: usize,
     recording: &Recording,
     start: &[(usize, f64)],
@@ -483,7 +524,7 @@ pub(crate) fn alone(
     let Recording { inputs, times, measured, .. } = recording;
     let problem = Problem { system: &fitted.structure.system, p: &fitted.p, inputs, start };
     let solution = simulate(&problem, times, &data.options).ok()?;
-    let deviations = Deviations::along(terms, &fitted.p, inputs, &solution).ok()?;
+    let deviations = Deviations::linearize(terms, &fitted.p, inputs, &solution).ok()?;
     let w = observe(&problem, &solution).w;
     let n_w = measured.len();
     let readings: Vec<f64> = (0..times.len() * n_w)
@@ -491,7 +532,7 @@ pub(crate) fn alone(
         .collect();
     let residuals: Vec<f64> = readings.iter().zip(&w).map(|(m, w)| m - w).collect();
     let mut unknown = unknown_input(&deviations, place, &residuals, &data.noise)?;
-    let around = super::Recording {
+    let around = super::ReconstructedRecording {
         p: &fitted.p,
         inputs,
         start,
@@ -518,12 +559,12 @@ pub(crate) fn alone(
 }
 
 /// Position of a place among those of a model.
-pub(crate) fn place_of(terms: &MissingTerms, place: &Place) -> Option<usize> {
+pub(crate) fn place_of(terms: &MissingTerms, place: &MissingPlace) -> Option<usize> {
     terms.places().iter().position(|other| other == place)
 }
 
 /// Windows in which the missing term at one place stands out in each training recording.
 pub(crate) fn windows(found: &FoundPlace) -> Vec<Vec<[f64; 2]>> {
-    let ends = |windows: &Vec<Window>| windows.iter().map(|w| [w.from, w.until]).collect();
+    let ends = |windows: &Vec<SignalWindow>| windows.iter().map(|w| [w.from, w.until]).collect();
     found.windows.iter().map(ends).collect()
 }

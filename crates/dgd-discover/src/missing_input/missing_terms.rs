@@ -17,19 +17,19 @@
 use std::collections::{BTreeSet, HashMap};
 
 use dgd_compiler::dae::assemble;
-use dgd_compiler::diagnostics::{Diagnostics, Reported};
-use dgd_compiler::expr::{ExprId, Graph, Symbol};
-use dgd_compiler::model::{Declared, Input, Interpolation, Model};
+use dgd_compiler::diagnostics::{Diagnostics, ErrorReported};
+use dgd_compiler::expr::{ExprGraph, ExprId, Symbol};
+use dgd_compiler::model::{DeclarationHeader, Input, Interpolation, Model};
 use dgd_compiler::program::lower;
 use dgd_compiler::source::Span;
 use dgd_compiler::units::{Dimension, Unit, describe};
-use dgd_execute::{Engine, Loaded};
+use dgd_execute::{Engine, LoadedSystem};
 
-use crate::library::Scales;
+use crate::library::OutputScales;
 
 /// A place at which something can be missing.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Place {
+pub struct MissingPlace {
     /// An equation, a parameter, an input or an output.
     pub kind: PlaceKind,
     /// The equation's label, or the name of the parameter, input or output.
@@ -38,7 +38,7 @@ pub struct Place {
     pub unit: String,
 }
 
-/// Kind of a [`Place`].
+/// Kind of a [`MissingPlace`].
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum PlaceKind {
     /// Missing physics: a term of the equation's right-hand side.
@@ -51,7 +51,7 @@ pub enum PlaceKind {
     Output,
 }
 
-impl Place {
+impl MissingPlace {
     /// Name of the place in a result: `sensor NAME` for an output, otherwise its name.
     pub fn called(&self) -> String {
         match self.kind {
@@ -65,7 +65,7 @@ impl Place {
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct ClosedPlace {
     /// The place.
-    pub place: Place,
+    pub place: MissingPlace,
     /// The reason.
     pub reason: String,
 }
@@ -88,8 +88,8 @@ pub enum NoSuchTerm {
 /// for each of `places`, which is zero in the original model.
 #[derive(Debug, Clone)]
 pub struct MissingTerms {
-    system: Loaded,
-    places: Vec<Place>,
+    system: LoadedSystem,
+    places: Vec<MissingPlace>,
     closed: Vec<ClosedPlace>,
 }
 
@@ -99,30 +99,30 @@ impl MissingTerms {
     ///
     /// # Errors
     ///
-    /// [`Reported`] if the model itself does not compile.
+    /// [`ErrorReported`] if the model itself does not compile.
     pub fn new(
         model: &Model,
         engine: Engine,
         diagnostics: &mut Diagnostics,
-    ) -> Result<Self, Reported> {
-        Self::scaled(model, &Scales::default(), engine, diagnostics)
+    ) -> Result<Self, ErrorReported> {
+        Self::scaled(model, &OutputScales::default(), engine, diagnostics)
     }
 
     /// Opens all places of a model whose outputs are in these scales, as are the errors of sensors.
     pub(crate) fn scaled(
         model: &Model,
-        scales: &Scales,
+        scales: &OutputScales,
         engine: Engine,
         diagnostics: &mut Diagnostics,
-    ) -> Result<Self, Reported> {
+    ) -> Result<Self, ErrorReported> {
         let model = &scales.declared(model.clone());
         let all_places = places(model);
-        let open = |some: &[Place], diagnostics: &mut Diagnostics| {
+        let open = |some: &[MissingPlace], diagnostics: &mut Diagnostics| {
             let opened = scales.applied(opened(model, some));
             assemble(&opened, diagnostics).map(|dae| lower(&dae, &[]))
         };
         if let Ok(program) = open(&all_places, &mut Diagnostics::default()) {
-            let system = Loaded::with_engine(program, engine);
+            let system = LoadedSystem::with_engine(program, engine);
             return Ok(MissingTerms { system, places: all_places, closed: Vec::new() });
         }
         let (mut places, mut closed) = (Vec::new(), Vec::new());
@@ -136,7 +136,7 @@ impl MissingTerms {
                 closed.push(ClosedPlace { place, reason: first.unwrap_or_default() });
             }
         }
-        let system = Loaded::with_engine(open(&places, diagnostics)?, engine);
+        let system = LoadedSystem::with_engine(open(&places, diagnostics)?, engine);
         Ok(MissingTerms { system, places, closed })
     }
 
@@ -155,8 +155,8 @@ impl MissingTerms {
             return Err(NoSuchTerm::Exact);
         }
         let is_of_equation =
-            |place: &Place| place.kind == PlaceKind::Equation && place.name == label;
-        let places: Vec<Place> = places(model).into_iter().filter(is_of_equation).collect();
+            |place: &MissingPlace| place.kind == PlaceKind::Equation && place.name == label;
+        let places: Vec<MissingPlace> = places(model).into_iter().filter(is_of_equation).collect();
         let mut diagnostics = Diagnostics::default();
         let program =
             assemble(&opened(model, &places), &mut diagnostics).map(|dae| lower(&dae, &[]));
@@ -164,17 +164,17 @@ impl MissingTerms {
             let first = diagnostics.sorted().first().map(|one| one.message.clone());
             return Err(NoSuchTerm::Closed(first.unwrap_or_default()));
         };
-        let system = Loaded::with_engine(program, engine);
+        let system = LoadedSystem::with_engine(program, engine);
         Ok(MissingTerms { system, places, closed: Vec::new() })
     }
 
     /// The model with its unknown inputs.
-    pub fn system(&self) -> &Loaded {
+    pub fn system(&self) -> &LoadedSystem {
         &self.system
     }
 
     /// The places of the unknown inputs, in order.
-    pub fn places(&self) -> &[Place] {
+    pub fn places(&self) -> &[MissingPlace] {
         &self.places
     }
 
@@ -185,13 +185,13 @@ impl MissingTerms {
 }
 
 /// All places of a model: equations, parameters, inputs, outputs, each in the model's order.
-fn places(model: &Model) -> Vec<Place> {
-    let place = |kind: PlaceKind, name: &str, dimension: Dimension| Place {
+fn places(model: &Model) -> Vec<MissingPlace> {
+    let place = |kind: PlaceKind, name: &str, dimension: Dimension| MissingPlace {
         kind,
         name: name.to_owned(),
         unit: model.spelling(dimension),
     };
-    let mut places: Vec<Place> = Vec::new();
+    let mut places: Vec<MissingPlace> = Vec::new();
     for equation in model.all_equations().filter(|equation| !equation.is_exact) {
         let of_equation = place(PlaceKind::Equation, &equation.label, equation.dimension);
         if !places.contains(&of_equation) {
@@ -206,31 +206,31 @@ fn places(model: &Model) -> Vec<Place> {
     };
     for (i, parameter) in model.parameters.iter().enumerate() {
         if is_read(Symbol::Parameter, i) {
-            let Declared { name, unit, .. } = &parameter.declared;
+            let DeclarationHeader { name, unit, .. } = &parameter.declared;
             places.push(place(PlaceKind::Parameter, name, unit.dimension));
         }
     }
     for (i, input) in model.inputs.iter().enumerate() {
         if is_read(Symbol::Input, i) {
-            let Declared { name, unit, .. } = &input.declared;
+            let DeclarationHeader { name, unit, .. } = &input.declared;
             places.push(place(PlaceKind::Input, name, unit.dimension));
         }
     }
     for output in &model.outputs {
-        let Declared { name, unit, .. } = &output.declared;
+        let DeclarationHeader { name, unit, .. } = &output.declared;
         places.push(place(PlaceKind::Output, name, unit.dimension));
     }
     places
 }
 
 /// A model with an unknown input at each of some places, after its own inputs and in the order of the places.
-fn opened(base: &Model, places: &[Place]) -> Model {
+fn opened(base: &Model, places: &[MissingPlace]) -> Model {
     let mut model = base.clone();
     let first = model.inputs.len();
     let mut behind: HashMap<Symbol, ExprId> = HashMap::new();
     let mut unknown_inputs: Vec<ExprId> = Vec::new();
     for place in places {
-        let position = |mut names: Box<dyn Iterator<Item = &Declared> + '_>| {
+        let position = |mut names: Box<dyn Iterator<Item = &DeclarationHeader> + '_>| {
             let index = names.position(|declared| declared.name == place.name);
             index.and_then(|i| u32::try_from(i).ok())
         };
@@ -269,11 +269,11 @@ fn opened(base: &Model, places: &[Place]) -> Model {
 
     let added = |kind: PlaceKind, name: &str, unit: &str| {
         let is_own =
-            |place: &&Place| place.kind == kind && place.name == name && place.unit == unit;
+            |place: &&MissingPlace| place.kind == kind && place.name == name && place.unit == unit;
         places.iter().zip(&unknown_inputs).find(|(place, _)| is_own(place)).map(|(_, d)| *d)
     };
     let graph = &mut model.graph;
-    let shifted = |graph: &mut Graph, root: ExprId| {
+    let shifted = |graph: &mut ExprGraph, root: ExprId| {
         graph.substitute(root, |symbol| behind.get(&symbol).copied())
     };
     let modes = model.automata.iter_mut().flat_map(|automaton| &mut automaton.modes);
@@ -297,7 +297,7 @@ fn opened(base: &Model, places: &[Place]) -> Model {
     }
     for output in &mut model.outputs {
         output.value = shifted(graph, output.value);
-        let Declared { name, unit, .. } = &output.declared;
+        let DeclarationHeader { name, unit, .. } = &output.declared;
         if let Some(d) = added(PlaceKind::Output, name, &base.spelling(unit.dimension)) {
             output.value = graph.add(output.value, d);
         }
@@ -307,14 +307,14 @@ fn opened(base: &Model, places: &[Place]) -> Model {
 
 /// Adds an input, and returns it as an expression. Its name is one that no user can declare.
 fn unknown_input(
-    graph: &mut Graph,
+    graph: &mut ExprGraph,
     inputs: &mut Vec<Input>,
     of: &str,
     dimension: Dimension,
 ) -> ExprId {
     let position = u32::try_from(inputs.len()).unwrap_or(u32::MAX);
     inputs.push(Input {
-        declared: Declared {
+        declared: DeclarationHeader {
             name: format!("missing({of})"),
             span: Span::default(),
             unit: Unit { symbol: describe(dimension), dimension, ..Unit::one() },

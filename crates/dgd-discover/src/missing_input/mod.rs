@@ -18,13 +18,14 @@ mod reconstruct;
 mod thinned;
 mod unknown_input;
 
-pub use deviations::{Deviations, LinearizeError};
-pub(crate) use joint::{Joint, Path, Recorded};
+pub use deviations::{DeviationError, Deviations};
+pub(crate) use joint::{JointModel, JointRecording, SmoothedRecording};
 pub use missing::MissingInput;
 pub(crate) use missing::{
-    FoundPlace, Missing, PlaceTrace, TIE, alone, free_places, missing_inputs, place_of, windows,
+    FoundPlace, MissingInputs, PlaceTrace, TIE, alone, free_places, missing_inputs, place_of,
+    windows,
 };
-pub use missing_terms::{ClosedPlace, MissingTerms, NoSuchTerm, Place, PlaceKind};
-pub(crate) use plausible::Objection;
-pub use reconstruct::{ReconstructError, Recording, inputs_with, reconstruct};
+pub use missing_terms::{ClosedPlace, MissingPlace, MissingTerms, NoSuchTerm, PlaceKind};
+pub(crate) use plausible::PlaceObjection;
+pub use reconstruct::{ReconstructError, ReconstructedRecording, inputs_with, reconstruct};
 pub use unknown_input::{UnknownInput, unknown_input};

@@ -9,7 +9,7 @@
 //! For a walk of intensity q, a filter turns r and the columns of X into independent numbers of unit variance, so that
 //! β follows from least squares, and the likelihood of q from the residuals (de Jong, The diffuse Kalman filter, Ann.
 //! Stat. 19 (1991) 1073). So no place is judged with parameters that are a compromise without it. Start values are
-//! states with a wide prior. The likelihood is maximised over q and the three [`Walk`]s, with a penalty for their
+//! states with a wide prior. The likelihood is maximised over q and the three [`InputWalk`]s, with a penalty for their
 //! number of states.
 //!
 //! A place is judged by the likelihood of recordings to which it was not fitted: q and β are those of the training
@@ -20,12 +20,12 @@ use dgd_screen::noise::SensorNoise;
 use nalgebra::{DMatrix, DVector};
 
 use super::deviations::Deviations;
-use super::kalman::{Chain, Smoothed, Walk};
+use super::kalman::{ChainSmoothed, DeviationChain, InputWalk};
 use super::unknown_input::maximum;
 
 /// A linearised recording.
 #[derive(Debug, Clone)]
-pub(crate) struct Sight {
+pub(crate) struct LinearisedRecording {
     /// Deviations from the simulated trajectory.
     pub(crate) deviations: Deviations,
     /// Measured minus simulated, n_w per sample.
@@ -39,9 +39,9 @@ pub(crate) struct Sight {
 }
 
 /// Linearised recordings, and the free parameters shared by all of them.
-pub(crate) struct Sights<'a> {
-    pub(crate) train: &'a [Sight],
-    pub(crate) valid: &'a [Sight],
+pub(crate) struct LinearisedRecordings<'a> {
+    pub(crate) train: &'a [LinearisedRecording],
+    pub(crate) valid: &'a [LinearisedRecording],
     pub(crate) noise: &'a [Option<SensorNoise>],
     /// Places of the free parameters, each with the size of its prior error.
     pub(crate) free: &'a [(usize, f64)],
@@ -50,27 +50,27 @@ pub(crate) struct Sights<'a> {
 /// The fit of a place.
 #[derive(Debug, Clone)]
 pub(crate) struct PlaceFit {
-    pub(crate) walk: Walk,
+    pub(crate) walk: InputWalk,
     /// q.
     pub(crate) intensity: f64,
     /// Changes of the free parameters fitted with it, relative to their sizes.
     pub(crate) changes: Vec<f64>,
     /// The likelihood of the recordings.
-    pub(crate) likelihood: Likelihood,
+    pub(crate) likelihood: ReadingLikelihood,
 }
 
 /// Log-likelihoods of readings.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Likelihood {
+pub(crate) struct ReadingLikelihood {
     /// Of training readings, minus ½ ln N of their number N for each state of the walk.
     pub(crate) train: f64,
     /// Of validation readings, each predicted from those before it; `None` if there are none.
     pub(crate) valid: Option<f64>,
 }
 
-impl Likelihood {
+impl ReadingLikelihood {
     /// Its gain over another, on validation data if there is any.
-    pub(crate) fn over(self, other: Likelihood) -> f64 {
+    pub(crate) fn gain_over(self, other: ReadingLikelihood) -> f64 {
         match (self.valid, other.valid) {
             (Some(own), Some(other)) => own - other,
             _ => self.train - other.train,
@@ -79,33 +79,40 @@ impl Likelihood {
 }
 
 /// A place's chain in one recording, and the columns of the free parameters.
-struct Seen {
-    chain: Chain,
+struct PlaceChain {
+    chain: DeviationChain,
     columns: Vec<Vec<f64>>,
 }
 
 /// Normal equations summed over recordings.
-struct Normal {
+struct PlaceEquations {
     matrix: DMatrix<f64>,
     vector: DVector<f64>,
     square: f64,
     log_determinant: f64,
 }
 
-impl Sights<'_> {
-    fn seen(&self, sight: &Sight, place: usize, walk: Walk, columns: &[Vec<f64>]) -> Seen {
-        let chain = Chain::new(&sight.deviations, place, walk, &sight.residuals, self.noise);
-        Seen { chain, columns: columns.to_vec() }
+impl LinearisedRecordings<'_> {
+    fn seen(
+        &self,
+        sight: &LinearisedRecording,
+        place: usize,
+        walk: InputWalk,
+        columns: &[Vec<f64>],
+    ) -> PlaceChain {
+        let chain =
+            DeviationChain::new(&sight.deviations, place, walk, &sight.residuals, self.noise);
+        PlaceChain { chain, columns: columns.to_vec() }
     }
 
     /// Columns of the free parameters in each of some recordings, in units of their sizes.
-    pub(crate) fn columns(&self, sights: &[Sight]) -> Vec<Vec<Vec<f64>>> {
-        let of_sight = |sight: &Sight| {
+    pub(crate) fn columns(&self, sights: &[LinearisedRecording]) -> Vec<Vec<Vec<f64>>> {
+        let of_sight = |sight: &LinearisedRecording| {
             let of_parameter = |&(place, size): &(usize, f64)| {
-                let chain = Chain::new(
+                let chain = DeviationChain::new(
                     &sight.deviations,
                     place,
-                    Walk::Random,
+                    InputWalk::Random,
                     &sight.residuals,
                     self.noise,
                 );
@@ -118,10 +125,10 @@ impl Sights<'_> {
     }
 
     /// Fits a place; `None` if no measured output depends on it.
-    pub(crate) fn fit(&self, place: usize, columns: &Columns) -> Option<PlaceFit> {
+    pub(crate) fn fit(&self, place: usize, columns: &ParameterColumns) -> Option<PlaceFit> {
         let price = 0.5 * (self.readings().max(2) as f64).ln();
         let mut best: Option<PlaceFit> = None;
-        for walk in Walk::ALL {
+        for walk in InputWalk::ALL {
             let chains = self.seen_in_training(place, walk, columns);
             let information: f64 =
                 chains.iter().map(|seen| seen.chain.information_on_a_constant()).sum();
@@ -134,12 +141,12 @@ impl Sights<'_> {
             let likelihood =
                 |q: f64| normal(&chains, q).map_or(f64::NEG_INFINITY, |n| n.likelihood());
             let (decades, largest) = maximum(|decades| likelihood(intensity(decades)));
-            let numbers = if walk == Walk::Integrated { 2.0 } else { 1.0 };
+            let numbers = if walk == InputWalk::Integrated { 2.0 } else { 1.0 };
             let train = largest - numbers * price;
             if train.is_finite() && best.as_ref().is_none_or(|best| train > best.likelihood.train) {
                 let intensity = intensity(decades);
                 let changes = normal(&chains, intensity)?.solution()?;
-                let likelihood = Likelihood { train, valid: None };
+                let likelihood = ReadingLikelihood { train, valid: None };
                 best = Some(PlaceFit { walk, intensity, changes, likelihood });
             }
         }
@@ -149,32 +156,43 @@ impl Sights<'_> {
     }
 
     /// The fit with nothing missing; `place` is arbitrary.
-    pub(crate) fn nothing(&self, place: usize, columns: &Columns) -> Option<PlaceFit> {
-        let walk = Walk::Random;
+    pub(crate) fn nothing(&self, place: usize, columns: &ParameterColumns) -> Option<PlaceFit> {
+        let walk = InputWalk::Random;
         let chains = self.seen_in_training(place, walk, columns);
         let normal = normal(&chains, 0.0)?;
-        let likelihood = Likelihood { train: normal.likelihood(), valid: None };
+        let likelihood = ReadingLikelihood { train: normal.likelihood(), valid: None };
         let changes = normal.solution()?;
         let mut nothing = PlaceFit { walk, intensity: 0.0, changes, likelihood };
         nothing.likelihood.valid = self.of_validation(place, &nothing, columns);
         Some(nothing)
     }
 
-    fn seen_in_training(&self, place: usize, walk: Walk, columns: &Columns) -> Vec<Seen> {
+    fn seen_in_training(
+        &self,
+        place: usize,
+        walk: InputWalk,
+        columns: &ParameterColumns,
+    ) -> Vec<PlaceChain> {
         let pairs = self.train.iter().zip(&columns.train);
         pairs.map(|(sight, columns)| self.seen(sight, place, walk, columns)).collect()
     }
 
     fn readings(&self) -> usize {
-        let of_sight = |sight: &Sight| sight.residuals.iter().filter(|r| r.is_finite()).count();
+        let of_sight =
+            |sight: &LinearisedRecording| sight.residuals.iter().filter(|r| r.is_finite()).count();
         self.train.iter().map(of_sight).sum()
     }
 
-    fn of_validation(&self, place: usize, fit: &PlaceFit, columns: &Columns) -> Option<f64> {
+    fn of_validation(
+        &self,
+        place: usize,
+        fit: &PlaceFit,
+        columns: &ParameterColumns,
+    ) -> Option<f64> {
         if self.valid.is_empty() {
             return None;
         }
-        let of_sight = |(sight, columns): (&Sight, &Vec<Vec<f64>>)| {
+        let of_sight = |(sight, columns): (&LinearisedRecording, &Vec<Vec<f64>>)| {
             let chain = self.seen(sight, place, fit.walk, columns);
             chain.log_density(fit.intensity, &fit.changes, sight.counts_from)
         };
@@ -185,47 +203,48 @@ impl Sights<'_> {
     /// The smoothed missing input at the place in a recording, with the changed parameters.
     pub(crate) fn smoothed(
         &self,
-        sight: &Sight,
+        sight: &LinearisedRecording,
         place: usize,
         fit: &PlaceFit,
         columns: &[Vec<f64>],
-    ) -> Smoothed {
-        let Seen { chain, columns } = self.seen(sight, place, fit.walk, columns);
+    ) -> ChainSmoothed {
+        let PlaceChain { chain, columns } = self.seen(sight, place, fit.walk, columns);
         let mut residuals = sight.residuals.clone();
         let n_w = sight.deviations.n_outputs;
         for (m, measurement) in chain.measurements.iter().enumerate() {
             let change: f64 = columns.iter().zip(&fit.changes).map(|(c, b)| c[m] * b).sum();
             residuals[measurement.sample * n_w + measurement.output] -= change;
         }
-        Chain::new(&sight.deviations, place, fit.walk, &residuals, self.noise).smooth(fit.intensity)
+        DeviationChain::new(&sight.deviations, place, fit.walk, &residuals, self.noise)
+            .smooth(fit.intensity)
     }
 }
 
 /// Columns of the free parameters in training and in validation recordings.
-pub(crate) struct Columns {
+pub(crate) struct ParameterColumns {
     pub(crate) train: Vec<Vec<Vec<f64>>>,
     pub(crate) valid: Vec<Vec<Vec<f64>>>,
 }
 
 /// The scale of a walk's last state relative to a constant that is just detectable: for an integrated walk this state
 /// is the slope.
-fn scale(walk: Walk, duration: f64) -> f64 {
+fn scale(walk: InputWalk, duration: f64) -> f64 {
     match walk {
-        Walk::White | Walk::Random => 1.0,
-        Walk::Integrated => 1.0 / duration,
+        InputWalk::White | InputWalk::Random => 1.0,
+        InputWalk::Integrated => 1.0 / duration,
     }
 }
 
 /// The normal equations of all recordings at one intensity.
-fn normal(all: &[Seen], intensity: f64) -> Option<Normal> {
+fn normal(all: &[PlaceChain], intensity: f64) -> Option<PlaceEquations> {
     let n = all.first()?.columns.len();
-    let mut sum = Normal {
+    let mut sum = PlaceEquations {
         matrix: DMatrix::identity(n, n),
         vector: DVector::zeros(n),
         square: 0.0,
         log_determinant: 0.0,
     };
-    for Seen { chain, columns } in all {
+    for PlaceChain { chain, columns } in all {
         let whitened = chain.whitened(intensity, columns);
         sum.log_determinant += whitened.log_determinant;
         sum.square += whitened.residuals.iter().map(|x| x * x).sum::<f64>();
@@ -248,7 +267,7 @@ fn product(a: &[f64], b: &[f64]) -> f64 {
     a.iter().zip(b).map(|(a, b)| a * b).sum()
 }
 
-impl Normal {
+impl PlaceEquations {
     /// Changes of the parameters, in units of their sizes.
     fn solution(&self) -> Option<Vec<f64>> {
         let factor = self.matrix.clone().cholesky()?;
@@ -264,7 +283,7 @@ impl Normal {
     }
 }
 
-impl Seen {
+impl PlaceChain {
     /// ln p of readings from a given time on, each predicted from those before it.
     fn log_density(&self, intensity: f64, changes: &[f64], from: f64) -> f64 {
         let whitened = self.chain.whitened(intensity, &self.columns);

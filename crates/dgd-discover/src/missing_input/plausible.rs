@@ -4,18 +4,18 @@
 //! of its readings among the best.
 
 use dgd_compiler::model::Model;
-use dgd_runtime::{Problem, Side, Solution, observe, simulate};
+use dgd_runtime::{LimitSide, Problem, Solution, observe, simulate};
 
-use super::missing::{Found, PlaceTrace, Places};
-use super::missing_terms::{Place, PlaceKind};
-use super::thinned::Thinned;
+use super::missing::{EstimatedPlace, PlaceSearch, PlaceTrace};
+use super::missing_terms::{MissingPlace, PlaceKind};
+use super::thinned::ThinnedRecording;
 
 /// Standard deviations by which a value has to be beyond a limit.
 const BEYOND: f64 = 2.0;
 
 /// Why a place is implausible.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum Objection {
+pub(crate) enum PlaceObjection {
     /// A parameter would change its sign.
     Sign,
     /// A parameter would leave its bounds.
@@ -24,11 +24,11 @@ pub(crate) enum Objection {
     Size,
 }
 
-impl Places<'_> {
+impl PlaceSearch<'_> {
     /// Mean square of the residuals relative to the noise in simulations of the training recordings with the estimates
     /// at a place, and the unknowns along the first of them. An output counts at most as much as its readings about
     /// their mean.
-    pub(super) fn left_with(&self, found: &Found, p: &[f64]) -> (f64, Option<Solution>) {
+    pub(super) fn left_with(&self, found: &EstimatedPlace, p: &[f64]) -> (f64, Option<Solution>) {
         let (mut sum, mut count, mut first) = (0.0, 0, None);
         for (thinned, estimated) in self.train.iter().zip(&found.train) {
             let simulated = self.inputs(thinned, found.place, &estimated.piece.d).and_then(|u| {
@@ -66,12 +66,12 @@ impl Places<'_> {
 
 /// Why a place with these traces is implausible. `base` is the value of a parameter in the base model.
 pub(super) fn objection(
-    place: &Place,
+    place: &MissingPlace,
     model: &Model,
-    recordings: &[Thinned<'_>],
+    recordings: &[ThinnedRecording<'_>],
     base: f64,
     traces: &[PlaceTrace],
-) -> Option<Objection> {
+) -> Option<PlaceObjection> {
     let changes = || traces.iter().flat_map(|trace| trace.d.iter().zip(&trace.std));
     match place.kind {
         PlaceKind::Equation => None,
@@ -82,9 +82,11 @@ pub(super) fn objection(
                 .clone()
                 .any(|(x, beyond)| x < parameter.lower - beyond || x > parameter.upper + beyond)
             {
-                return Some(Objection::Bounds);
+                return Some(PlaceObjection::Bounds);
             }
-            values.any(|(x, beyond)| x * base < 0.0 && x.abs() > beyond).then_some(Objection::Sign)
+            values
+                .any(|(x, beyond)| x * base < 0.0 && x.abs() > beyond)
+                .then_some(PlaceObjection::Sign)
         }
         PlaceKind::Input => {
             let position = model.inputs.iter().position(|i| i.declared.name == place.name)?;
@@ -92,7 +94,7 @@ pub(super) fn objection(
                 let inputs = &thinned.recording.inputs;
                 let mut u = vec![0.0; inputs.len()];
                 thinned.times.iter().map(move |t| {
-                    inputs.value(*t, Side::Right, &mut u);
+                    inputs.value(*t, LimitSide::Right, &mut u);
                     u.get(position).copied().unwrap_or(f64::NAN)
                 })
             });
@@ -110,13 +112,13 @@ pub(super) fn objection(
 }
 
 /// Whether errors vary more than the recorded values, each about their mean. Values that never move are not compared.
-fn is_beyond(errors: impl Iterator<Item = f64>, recorded: &[f64]) -> Option<Objection> {
+fn is_beyond(errors: impl Iterator<Item = f64>, recorded: &[f64]) -> Option<PlaceObjection> {
     let finite = |all: &mut dyn Iterator<Item = f64>| -> Vec<f64> {
         all.filter(|x| x.is_finite()).collect()
     };
     let [errors, recorded] =
         [finite(&mut { errors }), finite(&mut recorded.iter().copied())].map(|all| spread(&all));
-    (recorded > 0.0 && errors > recorded).then_some(Objection::Size)
+    (recorded > 0.0 && errors > recorded).then_some(PlaceObjection::Size)
 }
 
 /// Standard deviation about the mean.
@@ -135,7 +137,7 @@ mod tests {
         let read = [1.0, 2.0, 1.0, 2.0];
         assert_eq!(is_beyond([60.0; 4].into_iter(), &read), None);
         let errors = [60.0, -60.0, 60.0, -60.0];
-        assert_eq!(is_beyond(errors.into_iter(), &read), Some(Objection::Size));
+        assert_eq!(is_beyond(errors.into_iter(), &read), Some(PlaceObjection::Size));
         // What never moved shows nothing.
         assert_eq!(is_beyond(errors.into_iter(), &[1.0; 4]), None);
     }

@@ -15,10 +15,12 @@
 
 use std::fmt;
 
-use dgd_runtime::{InputError, Inputs, IntegrateError, Options, Problem, Side, observe, simulate};
+use dgd_runtime::{
+    InputError, Inputs, IntegrateError, LimitSide, Options, Problem, observe, simulate,
+};
 
-use super::deviations::{Deviations, LinearizeError};
-use super::kalman::{Chain, Walk};
+use super::deviations::{DeviationError, Deviations};
+use super::kalman::{DeviationChain, InputWalk};
 use super::missing_terms::MissingTerms;
 use super::unknown_input::{UnknownInput, unknown_input};
 use crate::library::with_further_inputs;
@@ -34,7 +36,7 @@ use dgd_screen::noise::SensorNoise;
 /// | `measured` | n_w per sample; not finite where not measured |
 /// | `noise` | n_w; `None` for an output that is left out |
 #[derive(Debug, Clone, Copy)]
-pub struct Recording<'a> {
+pub struct ReconstructedRecording<'a> {
     /// Parameters, SI.
     pub p: &'a [f64],
     /// The model's own inputs.
@@ -57,7 +59,7 @@ pub enum ReconstructError {
     /// The model has no solution with the estimate: keep the previous estimate.
     Integrate(Box<IntegrateError>),
     /// The solution has no derivatives.
-    Linearize(LinearizeError),
+    Linearize(DeviationError),
 }
 
 impl fmt::Display for ReconstructError {
@@ -87,12 +89,12 @@ impl std::error::Error for ReconstructError {}
 /// If the recording or the estimate belong to another model.
 pub fn reconstruct(
     model: &MissingTerms,
-    recording: &Recording<'_>,
+    recording: &ReconstructedRecording<'_>,
     place: usize,
     earlier: &UnknownInput,
     options: &Options,
 ) -> Result<Option<UnknownInput>, ReconstructError> {
-    let Recording { p, start, times, measured, noise, .. } = *recording;
+    let ReconstructedRecording { p, start, times, measured, noise, .. } = *recording;
     assert!(place < model.places().len(), "a place of the model");
     assert_eq!(earlier.estimate.len(), times.len(), "an estimate for each sample");
     let inputs = inputs_with(model, recording, place, &earlier.estimate)
@@ -102,11 +104,11 @@ pub fn reconstruct(
         .map_err(|failure| ReconstructError::Integrate(Box::new(failure.error)))?;
     let simulated = observe(&problem, &trajectory).w;
     assert_eq!(measured.len(), simulated.len(), "measurements of all samples");
-    let deviations =
-        Deviations::along(model, p, &inputs, &trajectory).map_err(ReconstructError::Linearize)?;
+    let deviations = Deviations::linearize(model, p, &inputs, &trajectory)
+        .map_err(ReconstructError::Linearize)?;
 
     let mut residuals: Vec<f64> = measured.iter().zip(&simulated).map(|(m, s)| m - s).collect();
-    let chain = Chain::new(&deviations, place, Walk::Random, &residuals, noise);
+    let chain = DeviationChain::new(&deviations, place, InputWalk::Random, &residuals, noise);
     chain.add_response(&earlier.estimate, &mut residuals, deviations.n_outputs);
     Ok(unknown_input(&deviations, place, &residuals, noise))
 }
@@ -114,7 +116,7 @@ pub fn reconstruct(
 /// The model's inputs, with d at one place and zero at all others.
 pub fn inputs_with(
     model: &MissingTerms,
-    recording: &Recording<'_>,
+    recording: &ReconstructedRecording<'_>,
     place: usize,
     d: &[f64],
 ) -> Result<Inputs, InputError> {
@@ -130,8 +132,8 @@ pub(crate) fn inputs_with_all(
 ) -> Result<Inputs, InputError> {
     with_further_inputs(inputs, times, model.places().len(), |t, side, behind| {
         let begun = match side {
-            Side::Left => times.partition_point(|sample| *sample < t),
-            Side::Right => times.partition_point(|sample| *sample <= t),
+            LimitSide::Left => times.partition_point(|sample| *sample < t),
+            LimitSide::Right => times.partition_point(|sample| *sample <= t),
         };
         for (place, d) in given {
             behind[*place] = d[begun.saturating_sub(1)];

@@ -5,7 +5,7 @@ use dgd_runtime::Observations;
 
 /// A recording at fewer times, with the start values of its simulation.
 #[derive(Clone)]
-pub(super) struct Thinned<'a> {
+pub(super) struct ThinnedRecording<'a> {
     pub(super) recording: &'a Recording,
     pub(super) times: Vec<f64>,
     /// Positions of `times` among all samples.
@@ -14,7 +14,7 @@ pub(super) struct Thinned<'a> {
     pub(super) counts_from: f64,
 }
 
-impl<'a> Thinned<'a> {
+impl<'a> ThinnedRecording<'a> {
     pub(super) fn new(
         recording: &'a Recording,
         most: usize,
@@ -24,7 +24,7 @@ impl<'a> Thinned<'a> {
         let stride = recording.times.len().div_ceil(most.max(1)).max(1);
         let samples: Vec<usize> = (0..recording.times.len()).step_by(stride).collect();
         let times = samples.iter().map(|k| recording.times[*k]).collect();
-        Thinned { recording, times, samples, start, counts_from }
+        ThinnedRecording { recording, times, samples, start, counts_from }
     }
 
     /// Readings, n_w per sample.

@@ -18,8 +18,8 @@
 //! grey-box models, Automatica 40 (2004) 225–237.
 
 use super::deviations::Deviations;
-use super::kalman::{Chain, Walk};
-use crate::noise::{Window, gather};
+use super::kalman::{DeviationChain, InputWalk};
+use crate::noise::{SignalWindow, gather};
 use dgd_screen::noise::{SensorNoise, median};
 
 /// The input at one place with which the model would follow the measurements.
@@ -39,7 +39,7 @@ pub struct UnknownInput {
     pub gain: f64,
     /// Windows in which d exceeds three standard deviations, extended as long as it keeps its sign and exceeds two.
     /// Empty if noise alone has such a gain in more than one of ten thousand recordings.
-    pub windows: Vec<Window>,
+    pub windows: Vec<SignalWindow>,
     /// The residuals after subtracting d and correlated noise, n_w per sample; NaN where nothing was measured.
     pub residuals: Vec<f64>,
 }
@@ -84,7 +84,7 @@ pub fn unknown_input(
     assert!(place < deviations.n_places, "a place of the model");
     assert_eq!(noise.len(), n_w, "a noise level for each output");
     assert_eq!(residuals.len(), n_w * deviations.times.len(), "residuals of all samples");
-    let chain = Chain::new(deviations, place, Walk::Random, residuals, noise);
+    let chain = DeviationChain::new(deviations, place, InputWalk::Random, residuals, noise);
     let information = chain.information_on_a_constant();
     if !(information > 0.0 && information.is_finite() && chain.duration() > 0.0) {
         return None;
@@ -154,7 +154,7 @@ pub(super) fn standing_out(
     estimate: &[f64],
     std: &[f64],
     intensity: f64,
-) -> Vec<Window> {
+) -> Vec<SignalWindow> {
     let z: Vec<f64> =
         estimate.iter().zip(std).map(|(d, std)| if *std > 0.0 { d / std } else { 0.0 }).collect();
     let mut marked: Vec<Option<f64>> =

@@ -15,7 +15,7 @@
 //! Source: Madsen, Time Series Analysis (2008), §10.3 and §10.6; Schweppe, IEEE Trans. Inf. Theory 11
 //! (1965) 61, for the likelihood.
 
-use dgd_screen::noise::{Colour, SensorNoise};
+use dgd_screen::noise::{NoiseColour, SensorNoise};
 use dgd_screen::usual_spacing;
 
 /// Ratio of correlated to white noise above which the correlated part is model error rather than noise.
@@ -35,19 +35,19 @@ const HALVINGS: usize = 6;
 
 /// The filter that whitens the noise of one recording and output; its gains do not depend on data.
 #[derive(Debug, Clone)]
-pub(crate) struct Whitener {
+pub(crate) struct NoiseWhitener {
     /// φ to the sample, K and 1/√S at it.
     steps: Vec<[f64; 3]>,
 }
 
-impl Whitener {
+impl NoiseWhitener {
     pub(crate) fn new(
         times: &[f64],
         is_measured: impl Fn(usize) -> bool,
         noise: &SensorNoise,
     ) -> Self {
         let white = noise.std * noise.std;
-        let Some(Colour { std, memory }) = noise.colour else {
+        let Some(NoiseColour { std, memory }) = noise.colour else {
             return Self { steps: vec![[0.0, 0.0, 1.0 / noise.std]; times.len()] };
         };
         let coloured = std * std;
@@ -129,7 +129,7 @@ pub(crate) fn coloured_noise(
     let (of_white, _) = self::likelihood(errors, least, 0.0);
     let is_noise = memory <= longest_memory && ratio <= MOST_COLOUR;
     let std = variance.sqrt();
-    let colour = Colour { std: ratio * std, memory };
+    let colour = NoiseColour { std: ratio * std, memory };
     (is_noise && 2.0 * (best.0 - of_white) > LEAST_GAIN && std > 0.0).then_some(SensorNoise {
         std,
         colour: Some(colour),
@@ -139,11 +139,11 @@ pub(crate) fn coloured_noise(
 
 /// The log-likelihood, up to a constant, and σ².
 fn likelihood(errors: &[(&[f64], &[f64])], memory: f64, ratio: f64) -> (f64, f64) {
-    let colour = Some(Colour { std: ratio, memory });
+    let colour = Some(NoiseColour { std: ratio, memory });
     let unit = SensorNoise { colour, ..SensorNoise::known(1.0) };
     let (mut sum, mut logarithms, mut n) = (0.0, 0.0, 0.0);
     for (times, values) in errors {
-        let whitener = Whitener::new(times, |k| values[k].is_finite(), &unit);
+        let whitener = NoiseWhitener::new(times, |k| values[k].is_finite(), &unit);
         let innovations = whitener.apply(values.iter().copied());
         for (innovation, [_, _, scale]) in innovations.iter().zip(&whitener.steps) {
             if innovation.is_finite() {
@@ -195,7 +195,7 @@ mod tests {
             assert!((found.std - 2.0).abs() < 4.0 * 0.033, "{found:?}");
             assert!((colour.std - 3.0).abs() < 4.0 * 0.082, "{found:?}");
             assert!((colour.memory - 9.0).abs() < 4.0 * 0.71, "{found:?}");
-            let whitener = Whitener::new(&times, |k| values[k].is_finite(), &found);
+            let whitener = NoiseWhitener::new(&times, |k| values[k].is_finite(), &found);
             let left = whitener.apply(values.iter().copied());
             let test = whiteness(&left, &SensorNoise::known(1.0), 0).unwrap();
             assert!(test.p_value > 1e-3, "{seed}: {test:?}");

@@ -16,7 +16,7 @@
 //!   σ² m + c² (m + 2 Σ_{i<j} e^(−(t_j − t_i)/T))
 //! ```
 
-use super::windows::{Window, gather};
+use super::windows::{SignalWindow, gather};
 use dgd_screen::distribution::normal_threshold;
 use dgd_screen::noise::SensorNoise;
 use dgd_screen::usual_spacing;
@@ -56,7 +56,7 @@ pub fn discrepancy_windows(
     residuals: &[f64],
     noise: &SensorNoise,
     lengths: &[f64],
-) -> Vec<Window> {
+) -> Vec<SignalWindow> {
     assert_eq!(times.len(), residuals.len(), "a residual for each time");
     let valid: Vec<usize> = (0..times.len()).filter(|k| residuals[*k].is_finite()).collect();
     if valid.is_empty() || lengths.is_empty() || !(noise.std > 0.0 && noise.std.is_finite()) {
@@ -98,7 +98,7 @@ fn standing_out(
         sums.push(sums[sums.len() - 1] + residuals[k]);
     }
     let left_times: Vec<f64> = left.iter().map(|k| times[*k]).collect();
-    let pairs = noise.colour.map(|colour| (colour, Pairs::new(&left_times, colour.memory)));
+    let pairs = noise.colour.map(|colour| (colour, PairSums::new(&left_times, colour.memory)));
     let std = |first: usize, end: usize| {
         let m = (end - first) as f64;
         match &pairs {
@@ -128,7 +128,7 @@ fn standing_out(
 }
 
 /// Sums of correlations over all pairs of samples in a range, Σ ρ(t_j − t_i) with ρ(τ) = e^(−τ/T).
-struct Pairs {
+struct PairSums {
     /// ρ from each sample to the next.
     to_next: Vec<f64>,
     /// Σ_{i≤k} ρ(t_k − t_i) and Σ_{j≥k} ρ(t_j − t_k).
@@ -140,8 +140,8 @@ struct Pairs {
     memory: f64,
 }
 
-impl Pairs {
-    fn new(times: &[f64], memory: f64) -> Pairs {
+impl PairSums {
+    fn new(times: &[f64], memory: f64) -> PairSums {
         let n = times.len();
         let to_next: Vec<f64> =
             times.windows(2).map(|pair| ((pair[0] - pair[1]) / memory).exp()).collect();
@@ -155,7 +155,7 @@ impl Pairs {
         for k in 0..n {
             before.push(before[k] + back[k] - 1.0);
         }
-        Pairs { to_next, back, ahead, before, times: times.to_vec(), memory }
+        PairSums { to_next, back, ahead, before, times: times.to_vec(), memory }
     }
 
     /// The sum over the samples from `first` to before `end`.
@@ -173,13 +173,13 @@ impl Pairs {
 
 #[cfg(test)]
 mod tests {
-    use super::Pairs;
+    use super::PairSums;
 
     #[test]
     fn pairs_between_any_two_samples_are_those_summed_one_by_one() {
         let times: Vec<f64> = (0..60).map(|k| f64::from(k) + f64::from(k % 7) * 0.1).collect();
         let memory = 4.0;
-        let pairs = Pairs::new(&times, memory);
+        let pairs = PairSums::new(&times, memory);
         for (first, end) in [(0, 60), (0, 1), (7, 30), (40, 60), (12, 14)] {
             let mut sum = 0.0;
             for j in first..end {

@@ -1,7 +1,7 @@
 //! Tests whether something is missing: residuals and sensor noise in, tests and windows out.
 //!
 //! [`noise_of`] estimates the noise of each output from recordings, [`coloured_noise`] its correlation, which a
-//! [`Whitener`] removes. [`whiteness()`] tests whether there is more than noise, [`discrepancy_windows`] finds when.
+//! [`NoiseWhitener`] removes. [`whiteness()`] tests whether there is more than noise, [`discrepancy_windows`] finds when.
 
 mod colour;
 mod discrepancy;
@@ -10,11 +10,13 @@ mod recorded;
 mod whiteness;
 mod windows;
 
-pub(crate) use colour::{Whitener, coloured_noise};
+pub(crate) use colour::{NoiseWhitener, coloured_noise};
 pub use discrepancy::{averaging_lengths, discrepancy_windows};
 pub(crate) use lonely::{without_lonely, without_spikes};
 pub(crate) use recorded::{noise_of, readings};
-pub use whiteness::{Check, CheckKind, FEWEST, Whiteness, effective_sample_size, whiteness};
+pub use whiteness::{
+    CheckKind, FEWEST, Whiteness, WhitenessCheck, effective_sample_size, whiteness,
+};
 pub(crate) use whiteness::{size, steadiness};
-pub use windows::Window;
+pub use windows::SignalWindow;
 pub(crate) use windows::gather;

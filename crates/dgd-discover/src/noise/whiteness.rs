@@ -22,7 +22,7 @@
 
 use dgd_screen::distribution::chi_square_tail;
 use dgd_screen::noise::SensorNoise;
-use dgd_screen::residuals::{Lag, lagged_product, ljung_box};
+use dgd_screen::residuals::{LagStatistic, lagged_product, ljung_box};
 
 /// The statistic of a check.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -37,7 +37,7 @@ pub enum CheckKind {
 
 /// One statistic of residuals.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Check {
+pub struct WhitenessCheck {
     /// Its kind.
     pub kind: CheckKind,
     /// The statistic.
@@ -52,10 +52,10 @@ pub struct Check {
 #[derive(Debug, Clone, PartialEq)]
 pub struct Whiteness {
     /// All checks.
-    pub checks: Vec<Check>,
+    pub checks: Vec<WhitenessCheck>,
     /// The check with the smallest p-value; if several are zero, the one with the largest statistic per degree of
     /// freedom.
-    pub worst: Check,
+    pub worst: WhitenessCheck,
     /// Upper bound on the probability that white noise looks as bad in any of them.
     pub p_value: f64,
     /// Mean square relative to the noise's variance.
@@ -92,12 +92,12 @@ pub fn whiteness(residuals: &[f64], noise: &SensorNoise, absorbed: usize) -> Opt
     if sum_of_squares > 0.0 {
         let lags = ljung_box(&[&e], LAGS[LAGS.len() - 1]);
         checks.extend(LAGS.map(|lag| {
-            let Lag { statistic, tested, .. } = lags[lag - 1];
+            let LagStatistic { statistic, tested, .. } = lags[lag - 1];
             check(CheckKind::Correlation(lag), statistic, tested as f64)
         }));
     }
 
-    let excess = |check: &Check| check.statistic / check.degrees_of_freedom;
+    let excess = |check: &WhitenessCheck| check.statistic / check.degrees_of_freedom;
     let worst = checks.iter().copied().min_by(|a, b| {
         a.p_value.total_cmp(&b.p_value).then_with(|| excess(b).total_cmp(&excess(a)))
     })?;
@@ -106,7 +106,7 @@ pub fn whiteness(residuals: &[f64], noise: &SensorNoise, absorbed: usize) -> Opt
 }
 
 /// Tests whether a few residuals, in any order, are as small as white noise; `None` without samples.
-pub(crate) fn size(residuals: &[f64], noise: &SensorNoise) -> Option<Check> {
+pub(crate) fn size(residuals: &[f64], noise: &SensorNoise) -> Option<WhitenessCheck> {
     let e = residuals.iter().filter(|r| r.is_finite()).map(|r| r / noise.std);
     let (sum, n) = e.fold((0.0, 0), |(sum, n), e| (sum + e * e, n + 1));
     (n > 0).then(|| mean_square(sum, f64::from(n), noise.relative_error))
@@ -134,22 +134,22 @@ pub(crate) fn steadiness(errors: &[f64]) -> f64 {
     chi_square_tail(statistic, number - 1.0)
 }
 
-fn check(kind: CheckKind, statistic: f64, degrees_of_freedom: f64) -> Check {
+fn check(kind: CheckKind, statistic: f64, degrees_of_freedom: f64) -> WhitenessCheck {
     let p_value = chi_square_tail(statistic, degrees_of_freedom);
-    Check { kind, statistic, degrees_of_freedom, p_value }
+    WhitenessCheck { kind, statistic, degrees_of_freedom, p_value }
 }
 
 /// The check of Σe², including the uncertainty of σ.
 ///
 /// Σe²/σ̂² has a variance of 2ν + (2sν)², from χ²_ν and from ν/σ̂². Scaling the distance from ν by the root of the
 /// ratio of 2ν to this variance makes it χ²_ν again, to second order.
-fn mean_square(sum_of_squares: f64, dof: f64, relative_error: f64) -> Check {
+fn mean_square(sum_of_squares: f64, dof: f64, relative_error: f64) -> WhitenessCheck {
     let widening = (1.0 + 2.0 * dof * relative_error * relative_error).sqrt();
     check(CheckKind::MeanSquare, dof + (sum_of_squares - dof) / widening, dof)
 }
 
 /// The check of Σ (Σ_block e)²/n_block; the uncertainty of σ is treated as in [`mean_square`].
-fn block_means(e: &[f64], blocks: usize, relative_error: f64) -> Check {
+fn block_means(e: &[f64], blocks: usize, relative_error: f64) -> WhitenessCheck {
     let bound = |block: usize| block * e.len() / blocks;
     let sum: f64 = (0..blocks)
         .map(|block| {

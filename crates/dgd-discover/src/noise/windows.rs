@@ -2,7 +2,7 @@
 
 /// A time window in which a signal stands out from its uncertainty.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Window {
+pub struct SignalWindow {
     /// Its start, s.
     pub from: f64,
     /// Its end, s.
@@ -22,7 +22,7 @@ pub(crate) fn gather(
     signal: &[f64],
     marked: &[Option<f64>],
     gap: f64,
-) -> Vec<Window> {
+) -> Vec<SignalWindow> {
     let mut ranges: Vec<(usize, usize, f64)> = Vec::new();
     for (k, mark) in marked.iter().enumerate() {
         let Some(sigma) = *mark else { continue };
@@ -42,14 +42,14 @@ pub(crate) fn gather(
             let valid = signal[first..=last].iter().filter(|value| value.is_finite());
             let (sum, count) = valid.fold((0.0, 0), |(sum, count), value| (sum + value, count + 1));
             let mean = sum / f64::from(count.max(1));
-            Window { from: times[first], until: times[last], mean, peak_sigma }
+            SignalWindow { from: times[first], until: times[last], mean, peak_sigma }
         })
         .collect()
 }
 
 #[cfg(test)]
 mod tests {
-    use super::{Window, gather};
+    use super::{SignalWindow, gather};
 
     #[test]
     fn close_marks_make_one_window_with_its_own_peak() {
@@ -59,8 +59,8 @@ mod tests {
         marked[1] = Some(4.0);
         marked[3] = Some(6.0);
         marked[8] = Some(-5.0);
-        let first = Window { from: 1.0, until: 3.0, mean: 2.0, peak_sigma: 6.0 };
-        let second = Window { from: 8.0, until: 8.0, mean: -2.0, peak_sigma: -5.0 };
+        let first = SignalWindow { from: 1.0, until: 3.0, mean: 2.0, peak_sigma: 6.0 };
+        let second = SignalWindow { from: 8.0, until: 8.0, mean: -2.0, peak_sigma: -5.0 };
         assert_eq!(gather(&times, &signal, &marked, 2.0), [first, second]);
         assert_eq!(gather(&times, &signal, &marked, 1.0).len(), 3);
     }

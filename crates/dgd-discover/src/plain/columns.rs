@@ -8,24 +8,24 @@ use dgd_compiler::syntax::visit;
 use dgd_compiler::units::{Unit, mistaken, parse_unit};
 use dgd_identify::Recording;
 use dgd_runtime::signature::Interpolation;
-use dgd_runtime::{Column, Inputs, Side, Signature, System};
-use dgd_screen::noise::{Colour, SensorNoise};
+use dgd_runtime::{InputColumn, Inputs, LimitSide, Signature, System};
+use dgd_screen::noise::{NoiseColour, SensorNoise};
 
-use super::stuck::{self, Since};
-use super::{Changed, Plain, Suspect, Suspicion};
+use super::stuck::{self, StuckColumn};
+use super::{CorrectedRecordings, PlainSearch, SuspectModel, Suspicion};
 use crate::library::BaseModel;
 use crate::noise::{noise_of, readings};
 
 /// A recorded column: an input or an output, by its position.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Signal {
+pub(super) enum RecordedColumn {
     Input(usize),
     Output(usize),
 }
 
 /// A possible fault of recorded columns.
 #[derive(Debug, Clone)]
-pub(crate) enum Fault {
+pub(crate) enum ColumnFault {
     /// A column is not in the unit that the model declares.
     Unit { name: String, unit: Unit, meant_in: Unit },
     /// Two columns are exchanged.
@@ -33,21 +33,21 @@ pub(crate) enum Fault {
     /// An input is not interpolated as declared.
     Between { name: String, is: Interpolation },
     /// A column stays at one value; `lost` readings from that time are left out.
-    Stuck { name: String, unit: Unit, since: Vec<Since>, lost: usize },
+    Stuck { name: String, unit: Unit, since: Vec<StuckColumn>, lost: usize },
     /// Times of all recordings are in another unit than seconds.
     Clock { meant_in: Unit },
 }
 
 /// How a fault changes a recording.
 #[derive(Debug, Clone, Copy)]
-enum Change {
+enum ColumnChange {
     /// x becomes factor x + offset, SI.
     Scaled {
-        signal: Signal,
+        signal: RecordedColumn,
         factor: f64,
         offset: f64,
     },
-    Exchanged(Signal, Signal),
+    Exchanged(RecordedColumn, RecordedColumn),
     Between {
         input: usize,
         is: Interpolation,
@@ -61,10 +61,10 @@ enum Change {
 const APART: f64 = 1.5;
 
 /// All possible faults of columns.
-pub(super) fn suspects(plain: &Plain<'_>) -> Vec<Suspect> {
+pub(super) fn suspects(plain: &PlainSearch<'_>) -> Vec<SuspectModel> {
     let signature = plain.fitted.structure.system.signature();
     let signals = signals(plain, signature);
-    let mut faults: Vec<(Fault, Change)> = Vec::new();
+    let mut faults: Vec<(ColumnFault, ColumnChange)> = Vec::new();
     for (signal, name, unit) in &signals {
         for meant_in in mistaken(unit) {
             // number → the SI value that it would have.
@@ -73,9 +73,9 @@ pub(super) fn suspects(plain: &Plain<'_>) -> Vec<Suspect> {
             if offset == 0.0 && (1.0 / APART..APART).contains(&factor) {
                 continue;
             }
-            let change = Change::Scaled { signal: *signal, factor, offset };
+            let change = ColumnChange::Scaled { signal: *signal, factor, offset };
             let (name, unit) = (name.clone(), unit.clone());
-            faults.push((Fault::Unit { name, unit, meant_in }, change));
+            faults.push((ColumnFault::Unit { name, unit, meant_in }, change));
         }
     }
     for (k, (one, name, unit)) in signals.iter().enumerate() {
@@ -83,7 +83,7 @@ pub(super) fn suspects(plain: &Plain<'_>) -> Vec<Suspect> {
             signals[k + 1..].iter().filter(|(_, _, other)| other.dimension == unit.dimension)
         {
             let names = [name.clone(), other_name.clone()];
-            faults.push((Fault::Exchanged(names), Change::Exchanged(*one, *other)));
+            faults.push((ColumnFault::Exchanged(names), ColumnChange::Exchanged(*one, *other)));
         }
     }
     for (input, declared) in signature.inputs.iter().enumerate() {
@@ -92,12 +92,12 @@ pub(super) fn suspects(plain: &Plain<'_>) -> Vec<Suspect> {
             Interpolation::Linear => Interpolation::Hold,
         };
         let name = declared.name.to_string();
-        faults.push((Fault::Between { name, is }, Change::Between { input, is }));
+        faults.push((ColumnFault::Between { name, is }, ColumnChange::Between { input, is }));
     }
     let second = parse_unit("s").expect("a unit");
     for meant_in in mistaken(&second) {
-        let change = Change::Clock { factor: meant_in.factor };
-        faults.push((Fault::Clock { meant_in }, change));
+        let change = ColumnChange::Clock { factor: meant_in.factor };
+        faults.push((ColumnFault::Clock { meant_in }, change));
     }
     let changed =
         faults.into_iter().filter_map(|(fault, change)| suspect(plain, signature, fault, change));
@@ -105,25 +105,25 @@ pub(super) fn suspects(plain: &Plain<'_>) -> Vec<Suspect> {
 }
 
 fn suspect(
-    plain: &Plain<'_>,
+    plain: &PlainSearch<'_>,
     signature: &Signature,
-    fault: Fault,
-    change: Change,
-) -> Option<Suspect> {
-    let Plain { base, data, .. } = *plain;
+    fault: ColumnFault,
+    change: ColumnChange,
+) -> Option<SuspectModel> {
+    let PlainSearch { base, data, .. } = *plain;
     let all_changed = |recordings: &[Recording]| -> Option<Vec<Recording>> {
         recordings.iter().map(|one| change.applied(one, signature)).collect()
     };
     let (train, valid) = (all_changed(data.train)?, all_changed(data.valid)?);
     let noise = change.noise(&data.noise, &train);
-    let clock = if let Change::Clock { factor } = change { factor } else { 1.0 };
+    let clock = if let ColumnChange::Clock { factor } = change { factor } else { 1.0 };
     let counts_from = data.counts_from.iter().map(|from| clock * from).collect();
-    let changed = Changed { train, valid, noise, counts_from };
+    let changed = CorrectedRecordings { train, valid, noise, counts_from };
     let base = match &fault {
-        Fault::Between { name, is } => Some(with_interpolation(base, name, *is)),
+        ColumnFault::Between { name, is } => Some(with_interpolation(base, name, *is)),
         _ => None,
     };
-    Some(Suspect {
+    Some(SuspectModel {
         position: 0,
         suspicion: Suspicion::Column(fault),
         base,
@@ -132,20 +132,24 @@ fn suspect(
 }
 
 /// Recorded columns with their units.
-pub(super) fn signals(plain: &Plain<'_>, signature: &Signature) -> Vec<(Signal, String, Unit)> {
+pub(super) fn signals(
+    plain: &PlainSearch<'_>,
+    signature: &Signature,
+) -> Vec<(RecordedColumn, String, Unit)> {
     let inputs = signature.inputs.iter().enumerate();
-    let inputs = inputs.map(|(i, own)| (Signal::Input(i), &own.name, &own.unit));
+    let inputs = inputs.map(|(i, own)| (RecordedColumn::Input(i), &own.name, &own.unit));
     let outputs = signature.outputs.iter().enumerate().zip(&plain.data.noise);
     let outputs = outputs.filter(|(_, noise)| noise.is_some());
-    let outputs = outputs.map(|((i, own), _)| (Signal::Output(i), &own.name, &own.unit));
-    let read =
-        |(signal, name, unit): (Signal, &dgd_runtime::signature::Text, &dgd_runtime::Unit)| {
-            Some((signal, name.to_string(), parse_unit(&unit.symbol).ok()?))
-        };
+    let outputs = outputs.map(|((i, own), _)| (RecordedColumn::Output(i), &own.name, &own.unit));
+    let read = |(signal, name, unit): (
+        RecordedColumn,
+        &dgd_runtime::signature::Text,
+        &dgd_runtime::Unit,
+    )| { Some((signal, name.to_string(), parse_unit(&unit.symbol).ok()?)) };
     inputs.chain(outputs).filter_map(read).collect()
 }
 
-impl Change {
+impl ColumnChange {
     /// The recording without the fault; `None` if it cannot be derived.
     fn applied(self, recording: &Recording, signature: &Signature) -> Option<Recording> {
         let mut columns = columns(recording, signature.inputs.len());
@@ -158,24 +162,26 @@ impl Change {
         }
         let mut changed = recording.clone();
         match self {
-            Change::Scaled { signal, factor, offset } => {
+            ColumnChange::Scaled { signal, factor, offset } => {
                 let scaled = |x: &mut f64| *x = factor * *x + offset;
                 match signal {
-                    Signal::Input(i) => columns[i].iter_mut().for_each(scaled),
-                    Signal::Output(i) => changed.measured[i].iter_mut().flatten().for_each(scaled),
-                }
-            }
-            Change::Exchanged(one, other) => {
-                let value = |of: Signal| signal_of(recording, of, &columns);
-                for (to, from) in [(one, value(other)?), (other, value(one)?)] {
-                    match to {
-                        Signal::Input(i) => columns[i] = from,
-                        Signal::Output(i) => changed.measured[i] = Some(from),
+                    RecordedColumn::Input(i) => columns[i].iter_mut().for_each(scaled),
+                    RecordedColumn::Output(i) => {
+                        changed.measured[i].iter_mut().flatten().for_each(scaled)
                     }
                 }
             }
-            Change::Between { input, is } => between[input] = is,
-            Change::Clock { factor } => changed.times.iter_mut().for_each(|t| *t *= factor),
+            ColumnChange::Exchanged(one, other) => {
+                let value = |of: RecordedColumn| signal_of(recording, of, &columns);
+                for (to, from) in [(one, value(other)?), (other, value(one)?)] {
+                    match to {
+                        RecordedColumn::Input(i) => columns[i] = from,
+                        RecordedColumn::Output(i) => changed.measured[i] = Some(from),
+                    }
+                }
+            }
+            ColumnChange::Between { input, is } => between[input] = is,
+            ColumnChange::Clock { factor } => changed.times.iter_mut().for_each(|t| *t *= factor),
         }
         if columns.iter().flatten().any(|value| !value.is_finite()) {
             return None;
@@ -188,21 +194,23 @@ impl Change {
     fn noise(self, noise: &[Option<SensorNoise>], train: &[Recording]) -> Vec<Option<SensorNoise>> {
         let mut changed = noise.to_vec();
         match self {
-            Change::Scaled { signal: Signal::Output(i), factor, .. } => {
+            ColumnChange::Scaled { signal: RecordedColumn::Output(i), factor, .. } => {
                 changed[i] = noise[i].map(|noise| SensorNoise {
                     std: noise.std * factor.abs(),
                     quantisation: noise.quantisation.map(|step| step * factor.abs()),
                     colour: noise
                         .colour
-                        .map(|colour| Colour { std: colour.std * factor.abs(), ..colour }),
+                        .map(|colour| NoiseColour { std: colour.std * factor.abs(), ..colour }),
                     ..noise
                 });
             }
-            Change::Exchanged(Signal::Output(i), Signal::Output(k)) => changed.swap(i, k),
-            Change::Exchanged(Signal::Input(_), Signal::Output(i)) => {
+            ColumnChange::Exchanged(RecordedColumn::Output(i), RecordedColumn::Output(k)) => {
+                changed.swap(i, k)
+            }
+            ColumnChange::Exchanged(RecordedColumn::Input(_), RecordedColumn::Output(i)) => {
                 changed[i] = noise_of(train, &readings(train))[i];
             }
-            Change::Clock { factor } => {
+            ColumnChange::Clock { factor } => {
                 for colour in changed.iter_mut().flatten().filter_map(|one| one.colour.as_mut()) {
                     colour.memory *= factor;
                 }
@@ -219,7 +227,7 @@ pub(super) fn columns(recording: &Recording, inputs: usize) -> Vec<Vec<f64>> {
     let mut u = vec![0.0; inputs];
     for (k, t) in recording.times.iter().enumerate() {
         let is_before = recording.times.get(k + 1) == Some(t);
-        let side = if is_before { Side::Left } else { Side::Right };
+        let side = if is_before { LimitSide::Left } else { LimitSide::Right };
         recording.inputs.value(*t, side, &mut u);
         columns.iter_mut().zip(&u).for_each(|(column, u)| column.push(*u));
     }
@@ -229,12 +237,12 @@ pub(super) fn columns(recording: &Recording, inputs: usize) -> Vec<Vec<f64>> {
 /// The values of one of these columns, or the readings of an output.
 pub(super) fn signal_of(
     recording: &Recording,
-    signal: Signal,
+    signal: RecordedColumn,
     columns: &[Vec<f64>],
 ) -> Option<Vec<f64>> {
     match signal {
-        Signal::Input(i) => columns.get(i).cloned(),
-        Signal::Output(i) => recording.measured[i].clone(),
+        RecordedColumn::Input(i) => columns.get(i).cloned(),
+        RecordedColumn::Output(i) => recording.measured[i].clone(),
     }
 }
 
@@ -246,8 +254,8 @@ fn are_alike(one: &Inputs, other: &Inputs, times: &[f64], columns: &[Vec<f64>]) 
     let (mut a, mut b) = (vec![0.0; columns.len()], vec![0.0; columns.len()]);
     times.windows(2).filter(|pair| pair[0] < pair[1]).all(|pair| {
         let t = f64::midpoint(pair[0], pair[1]);
-        one.value(t, Side::Right, &mut a);
-        other.value(t, Side::Right, &mut b);
+        one.value(t, LimitSide::Right, &mut a);
+        other.value(t, LimitSide::Right, &mut b);
         a.iter().zip(&b).zip(&sizes).all(|((a, b), size)| (a - b).abs() <= ROUNDING * size)
     })
 }
@@ -259,8 +267,8 @@ fn rebuilt(
     between: &[Interpolation],
 ) -> Option<Inputs> {
     let declared = signature.inputs.iter().zip(columns).zip(between);
-    let columns: Vec<Column<'_>> = declared
-        .map(|((input, values), interpolation)| Column {
+    let columns: Vec<InputColumn<'_>> = declared
+        .map(|((input, values), interpolation)| InputColumn {
             name: &input.name,
             interpolation: *interpolation,
             values,

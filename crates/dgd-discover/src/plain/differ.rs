@@ -14,20 +14,20 @@ use dgd_identify::Recording;
 use dgd_runtime::System;
 use dgd_runtime::parallel::in_parallel;
 
-use super::own_values::{Own, selector, with_own};
+use super::own_values::{DifferingValue, selector, with_own};
 use super::trial::{EVALUATIONS, SIGNIFICANT};
-use super::{Cause, Changed, Plain, Suspect, Suspicion, numbers};
-use crate::fit::{Data, Fitted, StartPoint, cost_at, whitened_square};
-use crate::library::{Structure, StructureId, Values, with_constant_inputs};
-use crate::search::Search;
+use super::{CorrectedRecordings, FittedSuspicion, PlainSearch, SuspectModel, Suspicion, numbers};
+use crate::fit::{FittedStructure, SearchData, StartPoint, cost_at, whitened_square};
+use crate::library::{CarriedValues, ModelStructure, StructureId, with_constant_inputs};
+use crate::search::EffectSearch;
 
 /// Number of recordings that are tried as the one with the declared value: at most one of two is unlike all others.
 const REFERENCES: usize = 2;
 
 /// Groups of recordings, each with its own value of something.
 #[derive(Debug, Clone)]
-pub(crate) struct Difference {
-    pub(crate) own: Own,
+pub(crate) struct RecordingGroups {
+    pub(crate) own: DifferingValue,
     /// The group of each training recording, from 0 …
     pub(crate) train: Vec<usize>,
     /// … and of each validation recording.
@@ -39,9 +39,9 @@ pub(crate) struct Difference {
 /// A value of a group with its standard deviation, SI; a declared value has none.
 type OwnValue = (f64, Option<f64>);
 
-impl Difference {
+impl RecordingGroups {
     /// The value of each group.
-    pub(crate) fn values(&self, fitted: &Fitted) -> Vec<OwnValue> {
+    pub(crate) fn values(&self, fitted: &FittedStructure) -> Vec<OwnValue> {
         let nothing = (self.own.nothing(), None);
         let value_of = |name: Option<&str>| match name {
             None => nothing,
@@ -61,7 +61,7 @@ impl Difference {
     }
 
     /// Whether a group's value is at a bound.
-    fn is_at_bound(&self, fitted: &Fitted) -> bool {
+    fn is_at_bound(&self, fitted: &FittedStructure) -> bool {
         let mut shared = fitted.estimates.iter().filter(|e| e.recording.is_none());
         shared.any(|estimate| {
             self.parameters().flatten().any(|name| name == estimate.name)
@@ -70,7 +70,11 @@ impl Difference {
     }
 
     /// Groups by ascending value, and whether the recordings distinguish each from the next.
-    fn ranked(&self, fitted: &Fitted, data: &Data<'_>) -> Option<(Vec<usize>, Vec<bool>)> {
+    fn ranked(
+        &self,
+        fitted: &FittedStructure,
+        data: &SearchData<'_>,
+    ) -> Option<(Vec<usize>, Vec<bool>)> {
         let covariance = fitted.covariance(data)?;
         let places = fitted.fitted_directions();
         let place = |name: &str| {
@@ -103,9 +107,9 @@ impl Difference {
     }
 }
 
-impl Plain<'_> {
+impl PlainSearch<'_> {
     /// Differences between recordings that leave only noise, the likeliest first.
-    pub(super) fn differing(&self, search: &Search<'_>) -> Vec<Cause> {
+    pub(super) fn differing(&self, search: &EffectSearch<'_>) -> Vec<FittedSuspicion> {
         if self.data.train.len() < 2 || self.data.is_over() {
             return Vec::new();
         }
@@ -113,7 +117,7 @@ impl Plain<'_> {
         let suspects = self.differences(&alone);
         let finished =
             self.finished(&suspects, |plain, suspect| plain.begun_apart(suspect, &alone));
-        let mut causes: Vec<Cause> =
+        let mut causes: Vec<FittedSuspicion> =
             finished.iter().filter_map(|cause| self.with_groups(cause)).collect();
         causes.retain_mut(|one| {
             self.is_gain(search, one) && self.is_told_apart(one) && validates(search, one)
@@ -122,7 +126,7 @@ impl Plain<'_> {
     }
 
     /// Whether the recordings distinguish all groups.
-    fn is_told_apart(&self, cause: &Cause) -> bool {
+    fn is_told_apart(&self, cause: &FittedSuspicion) -> bool {
         let Suspicion::Recordings(difference) = &cause.suspicion else { return false };
         let data = cause.data(self.data).not_kept();
         let is_apart = |(_, apart): (Vec<usize>, Vec<bool>)| apart.iter().all(|apart| *apart);
@@ -131,22 +135,22 @@ impl Plain<'_> {
     }
 
     /// The base model fitted to each recording alone; `None` if it does not explain the recording.
-    fn alone(&self, search: &Search<'_>) -> Vec<Option<Values>> {
-        let Plain { base, model, fitted, names, data, threads } = *self;
+    fn alone(&self, search: &EffectSearch<'_>) -> Vec<Option<CarriedValues>> {
+        let PlainSearch { base, model, fitted, names, data, threads } = *self;
         let (of, seed) = (search.base, search.seed);
         in_parallel(fitted, data.train.len(), threads, |fitted, r| {
-            let plain = Plain { base, model, fitted, names, data, threads };
+            let plain = PlainSearch { base, model, fitted, names, data, threads };
             if data.is_over() {
                 return None;
             }
-            let data_alone = Data {
+            let data_alone = SearchData {
                 train: &data.train[r..=r],
                 valid: &[],
                 counts_from: Vec::new(),
                 ..data.not_kept()
             };
             let starts = fitted.values.starts.get(r).cloned().into_iter().collect();
-            let from = Values { p: fitted.values.p.clone(), starts };
+            let from = CarriedValues { p: fitted.values.p.clone(), starts };
             let points: Vec<StartPoint> = (plain.known(&fitted.structure).into_iter())
                 .map(|point| {
                     let mut start = StartPoint::default();
@@ -154,31 +158,36 @@ impl Plain<'_> {
                     start
                 })
                 .collect();
-            let alone =
-                Fitted::new(fitted.structure.clone(), &from, &points, &data_alone, EVALUATIONS);
+            let alone = FittedStructure::new(
+                fitted.structure.clone(),
+                &from,
+                &points,
+                &data_alone,
+                EVALUATIONS,
+            );
             let alone = alone.ok()?;
-            let explains = Search::new(of, &[], data_alone, 1, seed).leaves_nothing(&alone);
+            let explains = EffectSearch::new(of, &[], data_alone, 1, seed).leaves_nothing(&alone);
             explains.then_some(alone.values)
         })
     }
 
-    fn differences(&self, alone: &[Option<Values>]) -> Vec<Suspect> {
-        let Plain { base, model, fitted, data, .. } = *self;
+    fn differences(&self, alone: &[Option<CarriedValues>]) -> Vec<SuspectModel> {
+        let PlainSearch { base, model, fitted, data, .. } = *self;
         let count = data.train.len();
         let mut differences = Vec::new();
         let (estimated, held): (Vec<_>, Vec<_>) =
             numbers::all(base, model).into_iter().partition(|number| number.is_estimated(fitted));
         if alone.iter().all(Option::is_some) {
-            let differing = |number| (Own::Number(number, true), (0..count).collect());
+            let differing = |number| (DifferingValue::Number(number, true), (0..count).collect());
             differences.extend(estimated.into_iter().map(differing));
         }
         let outputs = model.outputs.iter().zip(&data.noise);
-        let offsets = outputs
-            .filter(|(_, noise)| noise.is_some())
-            .map(|(own, _)| Own::Offset(own.declared.name.clone(), own.declared.unit.clone()));
-        let held_numbers = held.into_iter().map(|number| Own::Number(number, false));
-        let unestimated: Vec<Own> =
-            held_numbers.chain(offsets).chain(std::iter::once(Own::Clock)).collect();
+        let offsets = outputs.filter(|(_, noise)| noise.is_some()).map(|(own, _)| {
+            DifferingValue::Offset(own.declared.name.clone(), own.declared.unit.clone())
+        });
+        let held_numbers = held.into_iter().map(|number| DifferingValue::Number(number, false));
+        let unestimated: Vec<DifferingValue> =
+            held_numbers.chain(offsets).chain(std::iter::once(DifferingValue::Clock)).collect();
         for reference in (0..count.min(REFERENCES)).filter(|r| alone[*r].is_some()) {
             let groups = |r: usize| match r {
                 r if r == reference => 0,
@@ -190,12 +199,12 @@ impl Plain<'_> {
             );
         }
         let suspects = differences.into_iter().filter_map(|(own, train)| self.apart(own, train));
-        suspects.enumerate().map(|(position, one)| Suspect { position, ..one }).collect()
+        suspects.enumerate().map(|(position, one)| SuspectModel { position, ..one }).collect()
     }
 
     /// Recordings in these groups, each group with its own value.
-    fn apart(&self, own: Own, train: Vec<usize>) -> Option<Suspect> {
-        let Plain { base, data, names: [called, _], .. } = *self;
+    fn apart(&self, own: DifferingValue, train: Vec<usize>) -> Option<SuspectModel> {
+        let PlainSearch { base, data, names: [called, _], .. } = *self;
         let groups = train.iter().max()? + 1;
         let name = |group: usize| {
             let of_group = train.iter().zip(called).filter(|(own, _)| **own == group);
@@ -205,10 +214,10 @@ impl Plain<'_> {
         let names: Vec<String> = (1..groups).map(name).collect();
         let base = with_own(base, &own, &names)?;
         let valid = vec![0; data.valid.len()];
-        let difference = Difference { own, train, valid, names };
+        let difference = RecordingGroups { own, train, valid, names };
         let structure = base.structure(&[], StructureId::BASE).ok()?;
         let changed = difference.changed(&structure, data)?;
-        Some(Suspect {
+        Some(SuspectModel {
             position: 0,
             suspicion: Suspicion::Recordings(difference),
             base: Some(base),
@@ -218,7 +227,11 @@ impl Plain<'_> {
 
     /// A fit that begins at the fit of the base model to all recordings, or at those to each alone, whichever is
     /// better.
-    fn begun_apart(&self, suspect: &Suspect, alone: &[Option<Values>]) -> Option<Cause> {
+    fn begun_apart(
+        &self,
+        suspect: &SuspectModel,
+        alone: &[Option<CarriedValues>],
+    ) -> Option<FittedSuspicion> {
         let Suspicion::Recordings(difference) = &suspect.suspicion else { return None };
         let structure = self.structure(suspect)?;
         let data = suspect.data(self.data).not_kept();
@@ -247,7 +260,7 @@ impl Plain<'_> {
     }
 
     /// The cause with one value for recordings that are alike in it; `None` if all are.
-    fn with_groups(&self, cause: &Cause) -> Option<Cause> {
+    fn with_groups(&self, cause: &FittedSuspicion) -> Option<FittedSuspicion> {
         let Suspicion::Recordings(difference) = &cause.suspicion else { return None };
         let data = cause.data(self.data).not_kept();
         let (order, apart) = difference.ranked(&cause.fitted, &data)?;
@@ -283,18 +296,18 @@ impl Plain<'_> {
         let structure = self.structure(&suspect)?;
         let begun = suspect.fitted(structure, &from, &[StartPoint::default()], &data)?;
         let fitted = begun.fitted.continued(&data, EVALUATIONS).unwrap_or(begun.fitted);
-        Some(Cause { position: cause.position, fitted, ..begun })
+        Some(FittedSuspicion { position: cause.position, fitted, ..begun })
     }
 }
 
 /// Finds the group that each validation recording resembles. Returns whether only noise is left there, too.
-fn validates(search: &Search<'_>, cause: &mut Cause) -> bool {
+fn validates(search: &EffectSearch<'_>, cause: &mut FittedSuspicion) -> bool {
     let Suspicion::Recordings(difference) = &cause.suspicion else { return false };
     let count = search.data.valid.len();
     let mut best = vec![(f64::INFINITY, 0); count];
     if count > 0 {
         for group in 0..=difference.names.len() {
-            let one = Difference { valid: vec![group; count], ..difference.clone() };
+            let one = RecordingGroups { valid: vec![group; count], ..difference.clone() };
             let Some(changed) = one.changed(&cause.fitted.structure, &search.data) else {
                 return false;
             };
@@ -314,7 +327,7 @@ fn validates(search: &Search<'_>, cause: &mut Cause) -> bool {
         }
     }
     let valid = best.into_iter().map(|(_, group)| group).collect();
-    let difference = Difference { valid, ..difference.clone() };
+    let difference = RecordingGroups { valid, ..difference.clone() };
     let Some(changed) = difference.changed(&cause.fitted.structure, &search.data) else {
         return false;
     };
@@ -323,9 +336,13 @@ fn validates(search: &Search<'_>, cause: &mut Cause) -> bool {
     cause.explains(search)
 }
 
-impl Difference {
+impl RecordingGroups {
     /// The recordings with an input for each group after the first, which is one in that group.
-    fn changed(&self, structure: &Structure, data: &Data<'_>) -> Option<Changed> {
+    fn changed(
+        &self,
+        structure: &ModelStructure,
+        data: &SearchData<'_>,
+    ) -> Option<CorrectedRecordings> {
         let inputs = &structure.system.signature().inputs;
         let place = |group: usize| inputs.iter().position(|input| *input.name == *selector(group));
         let places: Vec<usize> =
@@ -344,7 +361,7 @@ impl Difference {
                 })
                 .collect()
             };
-        Some(Changed {
+        Some(CorrectedRecordings {
             train: with_selectors(data.train, &self.train)?,
             valid: with_selectors(data.valid, &self.valid)?,
             noise: data.noise.clone(),

@@ -1,9 +1,9 @@
 //! Whether plain causes are the answer.
 
-use super::{Cause, Fault, Plain, Suspicion, between};
-use crate::fit::{Data, Fitted, VERY_STRONG, chi_square, mean};
+use super::{ColumnFault, FittedSuspicion, PlainSearch, Suspicion, between};
+use crate::fit::{FittedStructure, SearchData, VERY_STRONG, chi_square, mean};
 use crate::library::StructureId;
-use crate::search::{Alternative, Outcome, Search};
+use crate::search::{Alternative, EffectSearch, JudgedOutcome};
 use dgd_runtime::signature::number::{short, with_unit};
 
 use super::trial::EVALUATIONS;
@@ -16,20 +16,20 @@ const BETTER: f64 = 3.0 * VERY_STRONG;
 
 /// Whether plain causes are the answer.
 #[derive(Debug)]
-pub(crate) enum Answer {
+pub(crate) enum PlainAnswer {
     /// No plain cause.
     Nothing,
     /// An effect of the library keeps its name, and these explain the recordings as well.
     Beside(Vec<Alternative>),
     /// They come first.
-    First(Box<Causes>),
+    First(Box<AnsweringCauses>),
 }
 
 /// Plain causes that are an answer.
 #[derive(Debug)]
-pub(crate) struct Causes {
+pub(crate) struct AnsweringCauses {
     /// The cause, then its twins, which the recordings cannot distinguish from it.
-    pub(crate) all: Vec<Cause>,
+    pub(crate) all: Vec<FittedSuspicion>,
     /// Effects that the recordings cannot distinguish from it either.
     pub(crate) effects: Vec<String>,
     /// Whether it leaves nothing that tests distinguish from noise.
@@ -38,7 +38,7 @@ pub(crate) struct Causes {
     pub(crate) cost: f64,
 }
 
-impl Causes {
+impl AnsweringCauses {
     /// Whether it remains the answer if there is a law with this cost.
     pub(crate) fn holds_against(&self, law: f64) -> bool {
         if self.are_of_recordings() { self.cost + RIVAL < law } else { self.cost < law + RIVAL }
@@ -50,35 +50,35 @@ impl Causes {
     }
 }
 
-impl Plain<'_> {
+impl PlainSearch<'_> {
     /// The answer, given the outcome of the search for effects.
-    pub(crate) fn answer(&self, search: &Search<'_>, outcome: Outcome) -> Answer {
+    pub(crate) fn answer(&self, search: &EffectSearch<'_>, outcome: JudgedOutcome) -> PlainAnswer {
         let named = outcome.structure();
         let is_generic = named.effects().all(|effect| search.candidates[effect].is_generic);
         match self.one_for_all(search, named, is_generic) {
-            Answer::Nothing if is_generic => self.one_for_each(search, named),
+            PlainAnswer::Nothing if is_generic => self.one_for_each(search, named),
             answer => answer,
         }
     }
 
     /// Recordings that differ, if templates do not explain them about as well with one value for all.
-    fn one_for_each(&self, search: &Search<'_>, named: StructureId) -> Answer {
+    fn one_for_each(&self, search: &EffectSearch<'_>, named: StructureId) -> PlainAnswer {
         let mut causes = self.differing(search);
-        let criterion = Cause::criterion;
+        let criterion = FittedSuspicion::criterion;
         let Some(best) = causes.iter().map(criterion).reduce(f64::min) else {
-            return Answer::Nothing;
+            return PlainAnswer::Nothing;
         };
         causes.retain(|one| criterion(one) < best + RIVAL);
         causes.sort_by_key(|one| (criterion(one) > best + search.thresholds.even, one.position));
         let of_named = self.cost_of(search, named).filter(|(_, explains)| *explains);
         if of_named.is_some_and(|(cost, _)| cost <= best + RIVAL) {
-            return Answer::Nothing;
+            return PlainAnswer::Nothing;
         }
         self.first(search, causes, Vec::new(), best)
     }
 
     /// The criterion of named effects after a fit as long as that of a cause, and whether they explain the recordings.
-    fn cost_of(&self, search: &Search<'_>, named: StructureId) -> Option<(f64, bool)> {
+    fn cost_of(&self, search: &EffectSearch<'_>, named: StructureId) -> Option<(f64, bool)> {
         let fitted = search.fitted(named).filter(|_| !named.is_base())?;
         let finished = fitted.continued(&self.data.not_kept(), EVALUATIONS);
         let cost = finished.map_or(f64::INFINITY, |one| one.criterion());
@@ -86,12 +86,17 @@ impl Plain<'_> {
     }
 
     /// Causes with one value for all recordings.
-    fn one_for_all(&self, search: &Search<'_>, named: StructureId, is_generic: bool) -> Answer {
+    fn one_for_all(
+        &self,
+        search: &EffectSearch<'_>,
+        named: StructureId,
+        is_generic: bool,
+    ) -> PlainAnswer {
         let is_explained = !is_generic && search.explains(named);
         let mut causes = self.search(search, is_explained);
-        let criterion = Cause::criterion;
+        let criterion = FittedSuspicion::criterion;
         let Some(best) = causes.iter().map(criterion).reduce(f64::min) else {
-            return Answer::Nothing;
+            return PlainAnswer::Nothing;
         };
         causes.retain(|one| criterion(one) < best + RIVAL);
         // In the order of the text if only rounding distinguishes them.
@@ -105,14 +110,16 @@ impl Plain<'_> {
                 causes.retain(|one| criterion(one) < of_named + RIVAL);
                 let is_one = named.len() == 1 && !causes.is_empty();
                 if is_one {
-                    Answer::Beside(self.beside(search, named, &causes))
+                    PlainAnswer::Beside(self.beside(search, named, &causes))
                 } else {
-                    Answer::Nothing
+                    PlainAnswer::Nothing
                 }
             }
-            Some(of_named) if is_generic && best >= of_named + RIVAL => Answer::Nothing,
+            Some(of_named) if is_generic && best >= of_named + RIVAL => PlainAnswer::Nothing,
             // A sensor is wrong more often than a constant of nature.
-            Some(_) if is_generic && causes.iter().all(Cause::is_well_known) => Answer::Nothing,
+            Some(_) if is_generic && causes.iter().all(FittedSuspicion::is_well_known) => {
+                PlainAnswer::Nothing
+            }
             _ => {
                 let is_tied = explained.is_some_and(|of_named| of_named < best + RIVAL);
                 let effects = if is_tied { effects(search, named) } else { Vec::new() };
@@ -123,28 +130,33 @@ impl Plain<'_> {
 
     fn first(
         &self,
-        search: &Search<'_>,
-        all: Vec<Cause>,
+        search: &EffectSearch<'_>,
+        all: Vec<FittedSuspicion>,
         effects: Vec<String>,
         cost: f64,
-    ) -> Answer {
+    ) -> PlainAnswer {
         let first = &all[0];
         let data = first.data(self.data).not_kept();
         let residuals = first.fitted.residuals(&data);
-        let changed_search = Search::new(search.base, &[], data.clone(), 1, search.seed);
+        let changed_search = EffectSearch::new(search.base, &[], data.clone(), 1, search.seed);
         let is_white = changed_search.leaves_noise(&residuals, &data.noise);
-        Answer::First(Box::new(Causes { all, effects, is_white, cost }))
+        PlainAnswer::First(Box::new(AnsweringCauses { all, effects, is_white, cost }))
     }
 
     /// Causes as alternatives to an effect.
-    fn beside(&self, search: &Search<'_>, named: StructureId, all: &[Cause]) -> Vec<Alternative> {
-        let square = |fitted: &Fitted, data: &Data<'_>| {
+    fn beside(
+        &self,
+        search: &EffectSearch<'_>,
+        named: StructureId,
+        all: &[FittedSuspicion],
+    ) -> Vec<Alternative> {
+        let square = |fitted: &FittedStructure, data: &SearchData<'_>| {
             let sum = |all: Vec<Vec<Vec<f64>>>| mean(&chi_square(&all, &data.noise));
             let held_out = fitted.held_out_residuals(data).and_then(sum);
             held_out.or_else(|| sum(fitted.residuals(data)))
         };
         let named_square = search.fitted(named).and_then(|fitted| square(fitted, self.data));
-        let alternative = |one: &Cause| {
+        let alternative = |one: &FittedSuspicion| {
             let ratio = square(&one.fitted, &one.data(self.data))
                 .zip(named_square)
                 .map_or(f64::NAN, |(square, named_square)| square / named_square);
@@ -154,7 +166,7 @@ impl Plain<'_> {
     }
 }
 
-impl Cause {
+impl FittedSuspicion {
     /// Its rank: well-known constants come last, then less likely causes.
     fn rank(&self, is_less_likely: bool) -> (bool, bool) {
         match &self.suspicion {
@@ -175,17 +187,19 @@ impl Cause {
                 let shown = short(number.unit.from_si(value), 4);
                 format!("`{}` of {}", number.name, with_unit(shown, &number.unit.symbol))
             }
-            Suspicion::Column(Fault::Unit { name, meant_in, .. }) => {
+            Suspicion::Column(ColumnFault::Unit { name, meant_in, .. }) => {
                 format!("column `{name}` in {}", meant_in.symbol)
             }
-            Suspicion::Column(Fault::Exchanged([one, other])) => {
+            Suspicion::Column(ColumnFault::Exchanged([one, other])) => {
                 format!("columns `{one}` and `{other}` exchanged")
             }
-            Suspicion::Column(Fault::Between { name, is }) => {
+            Suspicion::Column(ColumnFault::Between { name, is }) => {
                 format!("`{name}` as {}", between(*is))
             }
-            Suspicion::Column(Fault::Stuck { name, .. }) => format!("column `{name}` stuck"),
-            Suspicion::Column(Fault::Clock { meant_in }) => format!("times in {}", meant_in.symbol),
+            Suspicion::Column(ColumnFault::Stuck { name, .. }) => format!("column `{name}` stuck"),
+            Suspicion::Column(ColumnFault::Clock { meant_in }) => {
+                format!("times in {}", meant_in.symbol)
+            }
             Suspicion::Start(held) => format!("another start of `{}`", held.state),
             Suspicion::Rate => "another rate of the clock".to_owned(),
             // Never an alternative to an effect of the library.
@@ -195,7 +209,7 @@ impl Cause {
 }
 
 /// The effects of a structure, each with its alternatives.
-fn effects(search: &Search<'_>, named: StructureId) -> Vec<String> {
+fn effects(search: &EffectSearch<'_>, named: StructureId) -> Vec<String> {
     if named.len() != 1 {
         return Vec::new();
     }

@@ -30,26 +30,26 @@ use dgd_compiler::model::Model;
 use dgd_identify::Recording;
 use dgd_screen::noise::SensorNoise;
 
-use crate::fit::{Data, Fitted};
+use crate::fit::{FittedStructure, SearchData};
 use crate::library::BaseModel;
-use crate::search::Search;
-pub(crate) use columns::{Fault, between};
-pub(crate) use differ::Difference;
-pub(crate) use judged::{Answer, Causes};
-pub(crate) use numbers::Number;
-pub(crate) use own_values::{Own, RATE, is_brought};
-pub(crate) use starts::Held;
-pub(crate) use stuck::Since;
+use crate::search::EffectSearch;
+pub(crate) use columns::{ColumnFault, between};
+pub(crate) use differ::RecordingGroups;
+pub(crate) use judged::{AnsweringCauses, PlainAnswer};
+pub(crate) use numbers::ModelNumber;
+pub(crate) use own_values::{DifferingValue, RATE, is_brought};
+pub(crate) use starts::HeldStart;
+pub(crate) use stuck::StuckColumn;
 
 /// The data for a search.
 #[derive(Clone, Copy)]
-pub(crate) struct Plain<'a> {
+pub(crate) struct PlainSearch<'a> {
     pub(crate) base: &'a BaseModel,
     pub(crate) model: &'a Model,
-    pub(crate) fitted: &'a Fitted,
+    pub(crate) fitted: &'a FittedStructure,
     /// Names of the training and of the validation recordings.
     pub(crate) names: [&'a [String]; 2],
-    pub(crate) data: &'a Data<'a>,
+    pub(crate) data: &'a SearchData<'a>,
     pub(crate) threads: usize,
 }
 
@@ -57,62 +57,62 @@ pub(crate) struct Plain<'a> {
 #[derive(Debug, Clone)]
 pub(crate) enum Suspicion {
     /// A number of the model's text.
-    Number(Number),
+    Number(ModelNumber),
     /// Recorded columns.
-    Column(Fault),
+    Column(ColumnFault),
     /// A start value that is held.
-    Start(Held),
+    Start(HeldStart),
     /// The rate of the clock of all recordings.
     Rate,
     /// Something that differs between recordings.
-    Recordings(Difference),
+    Recordings(RecordingGroups),
 }
 
 /// Recordings as they would have been without a fault.
 #[derive(Debug, Clone)]
-pub(crate) struct Changed {
+pub(crate) struct CorrectedRecordings {
     pub(crate) train: Vec<Recording>,
     pub(crate) valid: Vec<Recording>,
     noise: Vec<Option<SensorNoise>>,
     counts_from: Vec<f64>,
 }
 
-impl Changed {
+impl CorrectedRecordings {
     /// The data with these recordings.
-    fn data<'a>(&'a self, data: &Data<'a>) -> Data<'a> {
-        let Changed { train, valid, noise, counts_from } = self;
+    fn data<'a>(&'a self, data: &SearchData<'a>) -> SearchData<'a> {
+        let CorrectedRecordings { train, valid, noise, counts_from } = self;
         let (noise, counts_from) = (noise.clone(), counts_from.clone());
-        Data { train, valid, noise, counts_from, ..data.clone() }
+        SearchData { train, valid, noise, counts_from, ..data.clone() }
     }
 }
 
 /// A suspicion with the model in which the suspected value is estimated or corrected.
 #[derive(Debug, Clone)]
-struct Suspect {
+struct SuspectModel {
     /// Its position among all: numbers in the order of the text, then columns, the nearest first.
     position: usize,
     suspicion: Suspicion,
     /// The model, if it differs from the base model.
     base: Option<BaseModel>,
-    changed: Option<Arc<Changed>>,
+    changed: Option<Arc<CorrectedRecordings>>,
 }
 
 /// A suspicion, fitted.
 #[derive(Debug, Clone)]
-pub(crate) struct Cause {
+pub(crate) struct FittedSuspicion {
     position: usize,
     pub(crate) suspicion: Suspicion,
-    pub(crate) fitted: Fitted,
+    pub(crate) fitted: FittedStructure,
     /// The recordings that it was fitted to, if they are not those of the request.
-    pub(crate) changed: Option<Arc<Changed>>,
+    pub(crate) changed: Option<Arc<CorrectedRecordings>>,
 }
 
-impl Cause {
+impl FittedSuspicion {
     /// Σ ε² + k ln N of the training recordings; readings that were left out count as noise about a further number in
     /// each recording.
     fn criterion(&self) -> f64 {
         let lost = match &self.suspicion {
-            Suspicion::Column(Fault::Stuck { since, lost, .. }) => {
+            Suspicion::Column(ColumnFault::Stuck { since, lost, .. }) => {
                 let numbers = since.iter().filter(|one| !one.is_held_out).count() as f64;
                 *lost as f64 + numbers * ((self.fitted.error.1 + lost) as f64).ln()
             }
@@ -122,15 +122,15 @@ impl Cause {
     }
 
     /// The data that it was fitted to.
-    pub(crate) fn data<'a>(&'a self, data: &Data<'a>) -> Data<'a> {
+    pub(crate) fn data<'a>(&'a self, data: &SearchData<'a>) -> SearchData<'a> {
         self.changed.as_ref().map_or_else(|| data.clone(), |changed| changed.data(data))
     }
 }
 
-impl Plain<'_> {
+impl PlainSearch<'_> {
     /// Causes that leave only noise, the likeliest first. Beside an effect of the library that explains the recordings,
     /// only numbers are tried: they may be its twins.
-    fn search(&self, search: &Search<'_>, is_explained: bool) -> Vec<Cause> {
+    fn search(&self, search: &EffectSearch<'_>, is_explained: bool) -> Vec<FittedSuspicion> {
         let mut suspects = numbers::suspects(self.base, self.model, self.fitted);
         if !is_explained {
             suspects.extend(starts::suspects(self.base, self.model, self.fitted));

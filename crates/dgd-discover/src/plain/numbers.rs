@@ -7,13 +7,13 @@ use dgd_compiler::syntax::ast::{Attribute, AttributeKind, Expr, ExprKind, Item, 
 use dgd_compiler::syntax::visit;
 use dgd_compiler::units::{Unit, mistaken, parse_unit};
 
-use super::{Suspect, Suspicion};
-use crate::fit::Fitted;
+use super::{SuspectModel, Suspicion};
+use crate::fit::FittedStructure;
 use crate::library::BaseModel;
 
 /// A number of the model's text.
 #[derive(Debug, Clone)]
-pub(crate) struct Number {
+pub(crate) struct ModelNumber {
     /// Its name.
     pub(crate) name: String,
     pub(crate) is_constant: bool,
@@ -43,7 +43,7 @@ const WELL_KNOWN: [(f64, &str); 15] = [
 /// Relative deviation of a rounded one.
 const ROUNDED: f64 = 0.004;
 
-impl Number {
+impl ModelNumber {
     /// Whether it is a constant of nature or a property of water or air, which is wrong in few models.
     pub(super) fn is_well_known(&self) -> bool {
         WELL_KNOWN.iter().any(|(value, unit)| {
@@ -53,7 +53,7 @@ impl Number {
     }
 
     /// Whether a fit estimates it.
-    pub(super) fn is_estimated(&self, fitted: &Fitted) -> bool {
+    pub(super) fn is_estimated(&self, fitted: &FittedStructure) -> bool {
         let mut estimates = fitted.estimates.iter().filter(|one| one.recording.is_none());
         estimates.any(|one| one.name == self.name)
     }
@@ -90,11 +90,15 @@ impl Number {
 }
 
 /// All numbers that may be wrong, in the order of the text.
-pub(super) fn suspects(base: &BaseModel, model: &Model, fitted: &Fitted) -> Vec<Suspect> {
+pub(super) fn suspects(
+    base: &BaseModel,
+    model: &Model,
+    fitted: &FittedStructure,
+) -> Vec<SuspectModel> {
     let numbers = all(base, model).into_iter();
     let unestimated = numbers.filter(|number| !number.is_estimated(fitted));
     unestimated
-        .map(|number| Suspect {
+        .map(|number| SuspectModel {
             position: 0,
             base: Some(estimating(base, &number)),
             suspicion: Suspicion::Number(number),
@@ -104,7 +108,7 @@ pub(super) fn suspects(base: &BaseModel, model: &Model, fitted: &Fitted) -> Vec<
 }
 
 /// Constants that are plain numbers, and parameters, in the order of the text.
-pub(super) fn all(base: &BaseModel, model: &Model) -> Vec<Number> {
+pub(super) fn all(base: &BaseModel, model: &Model) -> Vec<ModelNumber> {
     let mut numbers = Vec::new();
     visit::items(&base.asts[0].items, &mut |item| {
         numbers.extend(match &item.kind {
@@ -118,26 +122,26 @@ pub(super) fn all(base: &BaseModel, model: &Model) -> Vec<Number> {
     numbers
 }
 
-fn of_constant(model: &Model, name: &Name) -> Option<Number> {
+fn of_constant(model: &Model, name: &Name) -> Option<ModelNumber> {
     let constant = model.constants.iter().find(|own| own.declared.name == name.text)?;
     let (name, unit, declared) =
         (name.text.clone(), constant.declared.unit.clone(), constant.value);
-    Some(Number { name, is_constant: true, declared, unit })
+    Some(ModelNumber { name, is_constant: true, declared, unit })
 }
 
 /// A parameter, unless the user fixed it.
-fn of_parameter(base: &BaseModel, model: &Model, name: &Name) -> Option<Number> {
+fn of_parameter(base: &BaseModel, model: &Model, name: &Name) -> Option<ModelNumber> {
     let parameter = model.parameters.iter().find(|own| own.declared.name == name.text)?;
     if base.fix.contains(&name.text) {
         return None;
     }
     let (name, unit, declared) =
         (name.text.clone(), parameter.declared.unit.clone(), parameter.value);
-    Some(Number { name, is_constant: false, declared, unit })
+    Some(ModelNumber { name, is_constant: false, declared, unit })
 }
 
 /// The model with a number estimated.
-fn estimating(base: &BaseModel, number: &Number) -> BaseModel {
+fn estimating(base: &BaseModel, number: &ModelNumber) -> BaseModel {
     let mut base = as_parameter(base, number);
     visit::items_mut(&mut base.asts[0].items, &mut |item| {
         if let ItemKind::Parameter { name, attributes, .. } = &mut item.kind
@@ -153,7 +157,7 @@ fn estimating(base: &BaseModel, number: &Number) -> BaseModel {
 }
 
 /// The model with a constant as a parameter.
-pub(super) fn as_parameter(base: &BaseModel, number: &Number) -> BaseModel {
+pub(super) fn as_parameter(base: &BaseModel, number: &ModelNumber) -> BaseModel {
     let mut base = base.clone();
     if !number.is_constant {
         return base;

@@ -10,12 +10,12 @@
 
 use dgd_compiler::source::Span;
 use dgd_compiler::syntax::ast::{
-    Attribute, AttributeKind, Expr, ExprKind, Factor, Item, ItemKind, Name, Sign, Unit,
+    Attribute, AttributeKind, Expr, ExprKind, FactorSide, Item, ItemKind, Name, Sign, WrittenUnit,
 };
-use dgd_compiler::syntax::visit::{self, Part, Role};
+use dgd_compiler::syntax::visit::{self, ExprRole, ItemPart};
 
-use super::numbers::{Number, as_parameter};
-use super::{Suspect, Suspicion};
+use super::numbers::{ModelNumber, as_parameter};
+use super::{SuspectModel, Suspicion};
 use crate::library::BaseModel;
 
 /// The rate of the clock of all recordings: recorded seconds for each true one.
@@ -26,20 +26,20 @@ const FURTHEST: f64 = 0.1;
 
 /// A value that may differ between recordings.
 #[derive(Debug, Clone)]
-pub(crate) enum Own {
+pub(crate) enum DifferingValue {
     /// A number of the model's text, and whether it is estimated.
-    Number(Number, bool),
+    Number(ModelNumber, bool),
     /// The offset of a sensor, whose readings have this unit.
     Offset(String, dgd_compiler::units::Unit),
     /// The rate of the clock.
     Clock,
 }
 
-impl Own {
+impl DifferingValue {
     /// The parameter of the first group of recordings; `None` if it has the declared value.
     pub(super) fn of_first(&self) -> Option<&str> {
         match self {
-            Own::Number(number, true) => Some(&number.name),
+            DifferingValue::Number(number, true) => Some(&number.name),
             _ => None,
         }
     }
@@ -47,18 +47,18 @@ impl Own {
     /// Its declared value, SI.
     pub(super) fn nothing(&self) -> f64 {
         match self {
-            Own::Number(number, _) => number.declared,
-            Own::Offset(..) => 0.0,
-            Own::Clock => 1.0,
+            DifferingValue::Number(number, _) => number.declared,
+            DifferingValue::Offset(..) => 0.0,
+            DifferingValue::Clock => 1.0,
         }
     }
 
     /// Its name in a group of recordings.
     pub(super) fn called(&self, recordings: &str) -> String {
         let subject = match self {
-            Own::Number(number, _) => number.name.clone(),
-            Own::Offset(output, _) => format!("offset of {output}"),
-            Own::Clock => "clock".to_owned(),
+            DifferingValue::Number(number, _) => number.name.clone(),
+            DifferingValue::Offset(output, _) => format!("offset of {output}"),
+            DifferingValue::Clock => "clock".to_owned(),
         };
         format!("{subject} in {recordings}")
     }
@@ -75,25 +75,29 @@ pub(super) fn selector(group: usize) -> String {
 }
 
 /// The model with a value for each group after the first, under these names; `None` if it cannot be written.
-pub(super) fn with_own(base: &BaseModel, own: &Own, names: &[String]) -> Option<BaseModel> {
+pub(super) fn with_own(
+    base: &BaseModel,
+    own: &DifferingValue,
+    names: &[String],
+) -> Option<BaseModel> {
     let groups: Vec<(String, String)> =
         names.iter().enumerate().map(|(k, name)| (selector(k + 1), name.clone())).collect();
     let mut base = match own {
-        Own::Number(number, false) if number.is_constant => {
+        DifferingValue::Number(number, false) if number.is_constant => {
             held(as_parameter(base, number), number)
         }
         _ => base.clone(),
     };
     let items = &mut base.asts[0].items;
     let mut brought: Vec<ItemKind> = match own {
-        Own::Number(number, _) => of_number(items, &number.name, &groups)?,
-        Own::Offset(output, unit) => {
+        DifferingValue::Number(number, _) => of_number(items, &number.name, &groups)?,
+        DifferingValue::Offset(output, unit) => {
             offset(items, output, &groups)?;
-            let unit = Some(Unit::new(Span::default(), unit.of_differences().symbol));
+            let unit = Some(WrittenUnit::new(Span::default(), unit.of_differences().symbol));
             let one = |(_, name): &(String, String)| parameter(name, unit.clone(), 0.0, Vec::new());
             groups.iter().map(one).collect()
         }
-        Own::Clock => {
+        DifferingValue::Clock => {
             let rate = mixed(number(1.0), &groups);
             clocked(items, &rate)?;
             groups.iter().map(|(_, name)| clock(name)).collect()
@@ -112,7 +116,7 @@ pub(super) fn with_own(base: &BaseModel, own: &Own, names: &[String]) -> Option<
 }
 
 /// The rate of the clock of all recordings as a suspect; `None` if the model cannot have one.
-pub(super) fn rate(base: &BaseModel) -> Option<Suspect> {
+pub(super) fn rate(base: &BaseModel) -> Option<SuspectModel> {
     let mut base = base.clone();
     let items = &mut base.asts[0].items;
     clocked(items, &called(RATE))?;
@@ -120,11 +124,11 @@ pub(super) fn rate(base: &BaseModel) -> Option<Suspect> {
     if !base.free.is_empty() {
         base.free.push(RATE.to_owned());
     }
-    Some(Suspect { position: 0, suspicion: Suspicion::Rate, base: Some(base), changed: None })
+    Some(SuspectModel { position: 0, suspicion: Suspicion::Rate, base: Some(base), changed: None })
 }
 
 /// The model with a parameter that is not estimated.
-fn held(mut base: BaseModel, number: &Number) -> BaseModel {
+fn held(mut base: BaseModel, number: &ModelNumber) -> BaseModel {
     visit::items_mut(&mut base.asts[0].items, &mut |item| {
         if let ItemKind::Parameter { name, attributes, .. } = &mut item.kind
             && name.text == number.name
@@ -153,13 +157,13 @@ fn of_number(
     let mixture = format!("{number} of the recording");
     for item in items.iter_mut() {
         visit::parts_mut(item, &mut |part| {
-            let Part::Expr(role, expr) = part else { return };
-            let is_its_own = |locals: &[dgd_compiler::syntax::ast::Argument]| {
+            let ItemPart::Expr(role, expr) = part else { return };
+            let is_its_own = |locals: &[dgd_compiler::syntax::ast::FormalArgument]| {
                 locals.iter().any(|local| local.name.text == number)
             };
             match role {
-                Role::Declaration => {}
-                Role::Body(_, locals) if is_its_own(locals) => {}
+                ExprRole::Declaration => {}
+                ExprRole::Body(_, locals) if is_its_own(locals) => {}
                 _ => exchange(expr, &mut |one| {
                     matches!(&one.kind, ExprKind::Name(own) if own == number)
                         .then(|| called(&mixture))
@@ -206,7 +210,7 @@ fn clocked(items: &mut [Item], rate: &Expr) -> Option<()> {
             is_possible &= !matches!(item.kind, ItemKind::Every { .. } | ItemKind::Part { .. });
         });
         visit::parts_mut(item, &mut |part| {
-            let Part::Expr(_, expr) = part else { return };
+            let ItemPart::Expr(_, expr) = part else { return };
             exchange(expr, &mut |one| match &one.kind {
                 ExprKind::Call { function, .. } if function.text == "delay" => {
                     is_possible = false;
@@ -217,8 +221,8 @@ fn clocked(items: &mut [Item], rate: &Expr) -> Option<()> {
                     Some(group(product(vec![one.clone(), group(rate.clone())])))
                 }
                 ExprKind::Name(name) if name == "time" => {
-                    let over = (Factor::Over, group(rate.clone()));
-                    let ratio = ExprKind::Product(vec![(Factor::Times, one.clone()), over]);
+                    let over = (FactorSide::Over, group(rate.clone()));
+                    let ratio = ExprKind::Product(vec![(FactorSide::Times, one.clone()), over]);
                     Some(group(plain(ratio)))
                 }
                 _ => None,
@@ -258,7 +262,12 @@ fn clock(name: &str) -> ItemKind {
     parameter(name, None, 1.0, vec![attribute(bounds)])
 }
 
-fn parameter(name: &str, unit: Option<Unit>, value: f64, attributes: Vec<Attribute>) -> ItemKind {
+fn parameter(
+    name: &str,
+    unit: Option<WrittenUnit>,
+    value: f64,
+    attributes: Vec<Attribute>,
+) -> ItemKind {
     ItemKind::Parameter { name: named(name), unit, value: number(value), attributes }
 }
 
@@ -291,5 +300,5 @@ fn group(inner: Expr) -> Expr {
 }
 
 fn product(factors: Vec<Expr>) -> Expr {
-    plain(ExprKind::Product(factors.into_iter().map(|one| (Factor::Times, one)).collect()))
+    plain(ExprKind::Product(factors.into_iter().map(|one| (FactorSide::Times, one)).collect()))
 }

@@ -12,8 +12,8 @@
 use dgd_identify::Recording;
 use dgd_runtime::{Signature, System};
 
-use super::columns::{Fault, Signal, columns, signal_of, signals};
-use super::{Changed, Plain, Suspect, Suspicion};
+use super::columns::{ColumnFault, RecordedColumn, columns, signal_of, signals};
+use super::{CorrectedRecordings, PlainSearch, SuspectModel, Suspicion};
 use crate::noise::{noise_of, readings};
 use std::sync::Arc;
 
@@ -22,7 +22,7 @@ const CHANCE: f64 = 1e-4;
 
 /// A recording in which a column is stuck.
 #[derive(Debug, Clone)]
-pub(crate) struct Since {
+pub(crate) struct StuckColumn {
     /// Whether in a validation recording.
     pub(crate) is_held_out: bool,
     /// The position of the recording.
@@ -34,8 +34,8 @@ pub(crate) struct Since {
 }
 
 /// Columns that may be stuck.
-pub(super) fn suspects(plain: &Plain<'_>) -> Vec<Suspect> {
-    let Plain { fitted, data, .. } = *plain;
+pub(super) fn suspects(plain: &PlainSearch<'_>) -> Vec<SuspectModel> {
+    let PlainSearch { fitted, data, .. } = *plain;
     let signature = fitted.structure.system.signature();
     let signals = signals(plain, signature);
     let tests = (signals.len() * (data.train.len() + data.valid.len())).max(1) as f64;
@@ -46,7 +46,7 @@ pub(super) fn suspects(plain: &Plain<'_>) -> Vec<Suspect> {
                 let numbered = recordings.iter().enumerate();
                 let stuck = numbered.filter_map(|(recording, own)| {
                     let (k, value) = since(own, *signal, signature, CHANCE / tests)?;
-                    Some(Since { is_held_out, recording, time: own.times[k], value })
+                    Some(StuckColumn { is_held_out, recording, time: own.times[k], value })
                 });
                 stuck.collect::<Vec<_>>()
             };
@@ -56,8 +56,8 @@ pub(super) fn suspects(plain: &Plain<'_>) -> Vec<Suspect> {
             }
             let (changed, lost) = without(plain, *signal, &since);
             let (name, unit) = (name.clone(), unit.clone());
-            let fault = Fault::Stuck { name, unit, since, lost };
-            Some(Suspect {
+            let fault = ColumnFault::Stuck { name, unit, since, lost };
+            Some(SuspectModel {
                 position: 0,
                 suspicion: Suspicion::Column(fault),
                 base: None,
@@ -68,7 +68,11 @@ pub(super) fn suspects(plain: &Plain<'_>) -> Vec<Suspect> {
 }
 
 /// The recordings without the readings while a column was stuck, and the number of those readings.
-fn without(plain: &Plain<'_>, signal: Signal, since: &[Since]) -> (Changed, usize) {
+fn without(
+    plain: &PlainSearch<'_>,
+    signal: RecordedColumn,
+    since: &[StuckColumn],
+) -> (CorrectedRecordings, usize) {
     let data = plain.data;
     let mut lost = 0;
     let mut cleaned = |recordings: &[Recording], is_held_out: bool| -> Vec<Recording> {
@@ -77,7 +81,7 @@ fn without(plain: &Plain<'_>, signal: Signal, since: &[Since]) -> (Changed, usiz
             let Recording { times, measured, .. } = &mut changed[one.recording];
             let from = times.partition_point(|t| *t <= one.time);
             for (output, read) in measured.iter_mut().enumerate() {
-                if matches!(signal, Signal::Output(own) if own != output) {
+                if matches!(signal, RecordedColumn::Output(own) if own != output) {
                     continue;
                 }
                 for value in read.iter_mut().flat_map(|read| &mut read[from..]) {
@@ -90,16 +94,16 @@ fn without(plain: &Plain<'_>, signal: Signal, since: &[Since]) -> (Changed, usiz
     };
     let (train, valid) = (cleaned(data.train, false), cleaned(data.valid, true));
     let mut noise = data.noise.clone();
-    if let Signal::Output(own) = signal {
+    if let RecordedColumn::Output(own) = signal {
         noise[own] = noise_of(&train, &readings(&train))[own];
     }
-    (Changed { train, valid, noise, counts_from: data.counts_from.clone() }, lost)
+    (CorrectedRecordings { train, valid, noise, counts_from: data.counts_from.clone() }, lost)
 }
 
 /// The sample from which a column is stuck, and its value.
 fn since(
     recording: &Recording,
-    signal: Signal,
+    signal: RecordedColumn,
     signature: &Signature,
     chance: f64,
 ) -> Option<(usize, f64)> {

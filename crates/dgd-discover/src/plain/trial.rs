@@ -3,10 +3,10 @@
 use dgd_runtime::System;
 use dgd_runtime::parallel::in_parallel;
 
-use super::{Cause, Number, Plain, RATE, Suspect, Suspicion};
-use crate::fit::{Data, Fitted, StartPoint, cost_at};
-use crate::library::{Structure, StructureId, Values};
-use crate::search::Search;
+use super::{FittedSuspicion, ModelNumber, PlainSearch, RATE, SuspectModel, Suspicion};
+use crate::fit::{FittedStructure, SearchData, StartPoint, cost_at};
+use crate::library::{CarriedValues, ModelStructure, StructureId};
+use crate::search::EffectSearch;
 
 /// Maximum number of simulations of a fit that begins, and of one that is finished.
 const BEGINNING: usize = 6;
@@ -24,33 +24,33 @@ const SLIPS: usize = 2;
 /// Least change of a number, in standard deviations.
 pub(super) const SIGNIFICANT: f64 = 4.0;
 
-impl Plain<'_> {
+impl PlainSearch<'_> {
     /// The suspects that come nearest to their recordings without a fit.
-    pub(super) fn likeliest(&self, suspects: Vec<Suspect>) -> Vec<Suspect> {
-        let Plain { base, model, names, data, threads, .. } = *self;
+    pub(super) fn likeliest(&self, suspects: Vec<SuspectModel>) -> Vec<SuspectModel> {
+        let PlainSearch { base, model, names, data, threads, .. } = *self;
         let costs = in_parallel(self.fitted, suspects.len(), threads, |fitted, k| {
-            let plain = Plain { base, model, fitted, names, data, threads };
+            let plain = PlainSearch { base, model, fitted, names, data, threads };
             if data.is_over() { f64::INFINITY } else { plain.cost_without_fit(&suspects[k]) }
         });
-        let mut ranked: Vec<(f64, Suspect)> = costs.into_iter().zip(suspects).collect();
+        let mut ranked: Vec<(f64, SuspectModel)> = costs.into_iter().zip(suspects).collect();
         ranked.retain(|(cost, _)| cost.is_finite());
         ranked.sort_by(|a, b| a.0.total_cmp(&b.0));
         ranked.truncate(LIKELIEST);
         ranked.into_iter().map(|(_, suspect)| suspect).collect()
     }
 
-    fn cost_without_fit(&self, suspect: &Suspect) -> f64 {
+    fn cost_without_fit(&self, suspect: &SuspectModel) -> f64 {
         let Some(structure) = self.structure(suspect) else { return f64::INFINITY };
         let data = suspect.data(self.data);
         let adapted = self.fitted.values.clone();
-        let declared = Values { starts: adapted.starts.clone(), ..Values::default() };
+        let declared = CarriedValues { starts: adapted.starts.clone(), ..CarriedValues::default() };
         // A fault of the recordings may have moved start values, too.
-        let without_starts = Values { starts: Vec::new(), ..adapted.clone() };
-        let points = [adapted, declared, without_starts, Values::default()];
+        let without_starts = CarriedValues { starts: Vec::new(), ..adapted.clone() };
+        let points = [adapted, declared, without_starts, CarriedValues::default()];
         points.iter().map(|of| cost_at(&structure, of, &data)).fold(f64::INFINITY, f64::min)
     }
 
-    pub(super) fn structure(&self, suspect: &Suspect) -> Option<Structure> {
+    pub(super) fn structure(&self, suspect: &SuspectModel) -> Option<ModelStructure> {
         match &suspect.base {
             Some(base) => base.structure(&[], StructureId::BASE).ok(),
             None => Some(self.fitted.structure.clone()),
@@ -58,7 +58,11 @@ impl Plain<'_> {
     }
 
     /// Causes that leave only noise, the likeliest first.
-    pub(super) fn explaining(&self, search: &Search<'_>, suspects: &[Suspect]) -> Vec<Cause> {
+    pub(super) fn explaining(
+        &self,
+        search: &EffectSearch<'_>,
+        suspects: &[SuspectModel],
+    ) -> Vec<FittedSuspicion> {
         let mut finished = self.finished(suspects, begun);
         finished.retain_mut(|one| {
             self.is_gain(search, one) && one.is_believable() && one.explains(search)
@@ -69,15 +73,15 @@ impl Plain<'_> {
     /// Fits of suspects that have begun well, the likeliest first.
     pub(super) fn finished(
         &self,
-        suspects: &[Suspect],
-        begin: impl Fn(&Plain<'_>, &Suspect) -> Option<Cause> + Sync,
-    ) -> Vec<Cause> {
-        let Plain { base, model, names, data, threads, .. } = *self;
+        suspects: &[SuspectModel],
+        begin: impl Fn(&PlainSearch<'_>, &SuspectModel) -> Option<FittedSuspicion> + Sync,
+    ) -> Vec<FittedSuspicion> {
+        let PlainSearch { base, model, names, data, threads, .. } = *self;
         let begun = in_parallel(self.fitted, suspects.len(), threads, |fitted, k| {
-            let plain = Plain { base, model, fitted, names, data, threads };
+            let plain = PlainSearch { base, model, fitted, names, data, threads };
             (!data.is_over()).then(|| begin(&plain, &suspects[k])).flatten()
         });
-        let mut begun: Vec<Cause> = begun.into_iter().flatten().collect();
+        let mut begun: Vec<FittedSuspicion> = begun.into_iter().flatten().collect();
         let least = begun.iter().map(|one| one.fitted.mean_square()).fold(f64::INFINITY, f64::min);
         begun.retain(|one| {
             self.is_promising(one) && one.fitted.mean_square() <= HOPEFUL * least.max(1.0)
@@ -85,7 +89,7 @@ impl Plain<'_> {
         let mut finished = in_parallel(&begun, begun.len(), threads, |begun, k| {
             let fitted = begun[k].fitted.continued(&begun[k].data(data).not_kept(), EVALUATIONS);
             let fitted = fitted.unwrap_or_else(|_| begun[k].fitted.clone());
-            Cause { fitted, ..begun[k].clone() }
+            FittedSuspicion { fitted, ..begun[k].clone() }
         });
         finished.sort_by(|a, b| a.fitted.error.0.total_cmp(&b.fitted.error.0));
         finished.truncate(HELD_OUT);
@@ -93,12 +97,12 @@ impl Plain<'_> {
     }
 
     /// Whether it leaves at most half of the base model's excess over noise.
-    fn is_promising(&self, one: &Cause) -> bool {
+    fn is_promising(&self, one: &FittedSuspicion) -> bool {
         one.fitted.mean_square() - 1.0 <= PROMISING * (self.fitted.mean_square() - 1.0)
     }
 
     /// Whether it lowers the criterion enough.
-    pub(super) fn is_gain(&self, search: &Search<'_>, one: &Cause) -> bool {
+    pub(super) fn is_gain(&self, search: &EffectSearch<'_>, one: &FittedSuspicion) -> bool {
         let gain = self.fitted.criterion() - one.criterion();
         gain > search.thresholds.least_gain && self.is_promising(one)
     }
@@ -108,9 +112,9 @@ impl Plain<'_> {
     /// better.
     fn elsewhere(
         &self,
-        structure: &Structure,
-        number: &Number,
-        data: &Data<'_>,
+        structure: &ModelStructure,
+        number: &ModelNumber,
+        data: &SearchData<'_>,
     ) -> Vec<StartPoint> {
         let with = |point: &[(String, f64)], value: f64| {
             let others = point.iter().filter(|(name, _)| *name != number.name).cloned();
@@ -131,12 +135,12 @@ impl Plain<'_> {
     }
 
     /// Where fits of other recordings start.
-    fn as_declared(&self, structure: &Structure, data: &Data<'_>) -> Vec<StartPoint> {
+    fn as_declared(&self, structure: &ModelStructure, data: &SearchData<'_>) -> Vec<StartPoint> {
         vec![self.likeliest_of(structure, self.known(structure).into_iter(), data).1]
     }
 
     /// Parameters of the fitted base model, and those of the text: the former have adapted to the fault.
-    pub(super) fn known(&self, structure: &Structure) -> [Vec<(String, f64)>; 2] {
+    pub(super) fn known(&self, structure: &ModelStructure) -> [Vec<(String, f64)>; 2] {
         let signature = structure.system.signature();
         let declared = signature.parameters.iter().map(|own| (own.name.to_string(), own.value));
         let adapted = self.fitted.values.p.iter().map(|(name, value)| (name.clone(), *value));
@@ -145,13 +149,13 @@ impl Plain<'_> {
 
     fn likeliest_of(
         &self,
-        structure: &Structure,
+        structure: &ModelStructure,
         all: impl Iterator<Item = Vec<(String, f64)>>,
-        data: &Data<'_>,
+        data: &SearchData<'_>,
     ) -> (f64, StartPoint) {
         let cost = |point: Vec<(String, f64)>| {
             let starts = self.fitted.values.starts.clone();
-            let values = Values { p: point.iter().cloned().collect(), starts };
+            let values = CarriedValues { p: point.iter().cloned().collect(), starts };
             (cost_at(structure, &values, data), point)
         };
         let best = all.map(cost).min_by(|a, b| a.0.total_cmp(&b.0));
@@ -163,7 +167,7 @@ impl Plain<'_> {
 }
 
 /// A fit of a suspect that begins; `None` if it cannot be fitted.
-fn begun(plain: &Plain<'_>, suspect: &Suspect) -> Option<Cause> {
+fn begun(plain: &PlainSearch<'_>, suspect: &SuspectModel) -> Option<FittedSuspicion> {
     let structure = plain.structure(suspect)?;
     let data = suspect.data(plain.data).not_kept();
     let points = match &suspect.suspicion {
@@ -173,35 +177,35 @@ fn begun(plain: &Plain<'_>, suspect: &Suspect) -> Option<Cause> {
     suspect.fitted(structure, &plain.fitted.values, &points, &data)
 }
 
-impl Suspect {
+impl SuspectModel {
     /// A fit to its recordings that begins; `None` if that fails.
     pub(super) fn fitted(
         &self,
-        structure: Structure,
-        from: &Values,
+        structure: ModelStructure,
+        from: &CarriedValues,
         points: &[StartPoint],
-        data: &Data<'_>,
-    ) -> Option<Cause> {
-        let fitted = Fitted::new(structure, from, points, data, BEGINNING).ok()?;
-        let Suspect { position, suspicion, changed, .. } = self.clone();
-        Some(Cause { position, suspicion, fitted, changed })
+        data: &SearchData<'_>,
+    ) -> Option<FittedSuspicion> {
+        let fitted = FittedStructure::new(structure, from, points, data, BEGINNING).ok()?;
+        let SuspectModel { position, suspicion, changed, .. } = self.clone();
+        Some(FittedSuspicion { position, suspicion, fitted, changed })
     }
 
-    pub(super) fn data<'a>(&'a self, data: &Data<'a>) -> Data<'a> {
+    pub(super) fn data<'a>(&'a self, data: &SearchData<'a>) -> SearchData<'a> {
         self.changed.as_ref().map_or_else(|| data.clone(), |changed| changed.data(data))
     }
 }
 
-impl Cause {
+impl FittedSuspicion {
     /// Simulates the validation recordings. Returns whether only noise is left.
-    pub(super) fn explains(&mut self, search: &Search<'_>) -> bool {
+    pub(super) fn explains(&mut self, search: &EffectSearch<'_>) -> bool {
         let changed = self.changed.clone();
         let data =
             changed.as_ref().map_or_else(|| search.data.clone(), |own| own.data(&search.data));
         let data = data.not_kept();
         self.fitted.know_correlations(&data);
         self.fitted.hold_out(&data, EVALUATIONS);
-        Search::new(search.base, &[], data, 1, search.seed).leaves_nothing(&self.fitted)
+        EffectSearch::new(search.base, &[], data, 1, search.seed).leaves_nothing(&self.fitted)
     }
 
     /// Whether the recordings determine the suspected value, and it differs from the declared one.

@@ -6,25 +6,30 @@ use dgd_identify::Recording;
 use dgd_runtime::signature::number::with_unit;
 use dgd_runtime::{Observations, Output, System, Unit};
 
-use super::discovery::{Gap, OutputTrace, Ranked, RecordingTrace, Screened, Unexplained};
-use super::reason::{Excess, significant};
-use crate::conditions::{Circumstances, Condition};
-use crate::fit::{Data, Fitted, NoFit, chi_square, too_many_steps};
+use super::discovery::{
+    OutputGap, OutputTrace, RankedStructure, RecordingTrace, ScreenedCandidate, UnexplainedError,
+};
+use super::reason::{ExcessOutput, significant};
+use crate::conditions::{Circumstances, WindowCondition};
+use crate::fit::{FittedStructure, NoFit, SearchData, chi_square, too_many_steps};
 use crate::library::StructureId;
-use crate::missing_input::{MissingInput, Place, PlaceKind};
+use crate::missing_input::{MissingInput, MissingPlace, PlaceKind};
 use crate::noise::{averaging_lengths, discrepancy_windows};
-use crate::request::Request;
-use crate::search::{Open, Remedy, Score, Screen, Search, Silent, Thresholds, Verdict, best_first};
+use crate::request::DiscoveryOptions;
+use crate::search::{
+    CandidateScore, EffectSearch, OpenCandidates, ScoreRemedy, Screen, SilentCandidate, Thresholds,
+    Verdict, best_first,
+};
 use dgd_screen::noise::SensorNoise;
 
 /// Errors of each output before and after, each with the data that the model was fitted to.
 pub(crate) fn gap(
-    (before, data): (&Fitted, &Data<'_>),
-    (after, data_after): (&Fitted, &Data<'_>),
+    (before, data): (&FittedStructure, &SearchData<'_>),
+    (after, data_after): (&FittedStructure, &SearchData<'_>),
     circumstances: &Circumstances,
-) -> Vec<Gap> {
+) -> Vec<OutputGap> {
     let signature = before.structure.system.signature();
-    let rms = |residuals: Option<Vec<Vec<Vec<f64>>>>, data: &Data<'_>| {
+    let rms = |residuals: Option<Vec<Vec<Vec<f64>>>>, data: &SearchData<'_>| {
         let sums = residuals.map(|residuals| chi_square(&residuals, &data.noise));
         let noise: Vec<f64> = data
             .noise
@@ -46,7 +51,7 @@ pub(crate) fn gap(
     let outputs = signature.outputs.iter().enumerate().zip(&data.noise);
     let of_output = |((i, output), noise): ((usize, &Output), &Option<_>)| {
         let noise: &SensorNoise = noise.as_ref()?;
-        Some(Gap {
+        Some(OutputGap {
             output: output.name.to_string(),
             unit: output.unit.clone(),
             noise: noise.total(),
@@ -61,7 +66,11 @@ pub(crate) fn gap(
 }
 
 /// Windows in which errors of an output stand out from its noise, in each training recording.
-fn standing_out(data: &Data<'_>, errors: &[Vec<Vec<f64>>], output: usize) -> Vec<Vec<[f64; 2]>> {
+fn standing_out(
+    data: &SearchData<'_>,
+    errors: &[Vec<Vec<f64>>],
+    output: usize,
+) -> Vec<Vec<[f64; 2]>> {
     let of_recording = |(recording, errors): (&Recording, &Vec<Vec<f64>>)| {
         let Some(noise) = &data.noise[output] else { return Vec::new() };
         let (times, errors) = (&recording.times, &errors[output]);
@@ -74,10 +83,10 @@ fn standing_out(data: &Data<'_>, errors: &[Vec<Vec<f64>>], output: usize) -> Vec
 
 /// Measured and simulated outputs of all recordings.
 pub(crate) fn traces(
-    request: &Request<'_>,
-    data: &Data<'_>,
-    before: &Fitted,
-    after: &Fitted,
+    request: &DiscoveryOptions<'_>,
+    data: &SearchData<'_>,
+    before: &FittedStructure,
+    after: &FittedStructure,
 ) -> Vec<RecordingTrace> {
     let outputs: Vec<(String, Unit)> = before
         .structure
@@ -127,8 +136,9 @@ pub(crate) fn traces(
         });
     let held_out =
         request.valid.0.iter().zip(request.valid.1).enumerate().map(|(r, (one, name))| {
-            let validation_of =
-                |fitted: &'_ Fitted| fitted.valid.as_ref().and_then(|all| all.get(r).cloned());
+            let validation_of = |fitted: &'_ FittedStructure| {
+                fitted.valid.as_ref().and_then(|all| all.get(r).cloned())
+            };
             let from = data.counts_from.get(r).copied().unwrap_or(f64::NEG_INFINITY);
             trace(
                 one,
@@ -142,10 +152,10 @@ pub(crate) fn traces(
 }
 
 /// All structures that were tried, the best first, then those that failed.
-pub(crate) fn ranking_of(search: &Search<'_>) -> Vec<Ranked> {
+pub(crate) fn ranking_of(search: &EffectSearch<'_>) -> Vec<RankedStructure> {
     let base = search.bic(StructureId::BASE).unwrap_or_default();
     let names = |of: StructureId| of.effects().map(|c| search.called(c)).collect();
-    let fitted = search.ranked().into_iter().map(|structure| Ranked {
+    let fitted = search.ranked().into_iter().map(|structure| RankedStructure {
         effects: names(structure),
         train: search.training_square(structure).unwrap_or(f64::NAN),
         valid: search.held_out_square(structure),
@@ -158,7 +168,7 @@ pub(crate) fn ranking_of(search: &Search<'_>) -> Vec<Ranked> {
         if structure.effects().all(|c| search.candidates[c].is_generic) {
             return None;
         }
-        Some(Ranked {
+        Some(RankedStructure {
             effects: names(*structure),
             train: f64::NAN,
             valid: None,
@@ -171,30 +181,32 @@ pub(crate) fn ranking_of(search: &Search<'_>) -> Vec<Ranked> {
 
 /// The promise of each candidate alone in some screens of the base model. A candidate that removes nothing has a share
 /// of zero.
-pub(crate) fn screened(search: &Search<'_>, screens: &[Screen]) -> Vec<Screened> {
+pub(crate) fn screened(search: &EffectSearch<'_>, screens: &[Screen]) -> Vec<ScreenedCandidate> {
     let Some((sum, n)) = search.training_error(StructureId::BASE) else { return Vec::new() };
     // An excess within the scatter of a sum of n squares of noise does not count.
     let excess = (sum - n as f64).max((2.0 * n as f64).sqrt());
-    let mut scores: Vec<Score> =
+    let mut scores: Vec<CandidateScore> =
         screens.iter().flat_map(|screen| &screen.scores).cloned().collect();
     scores.retain(|score| !search.doubled.contains_key(&score.candidate));
     best_first(&mut scores);
     let promised = scores.iter().map(|score| (score.candidate, score.gain / excess));
     let silent = screens.iter().flat_map(|screen| &screen.silent);
-    let nothing = silent.filter(|silent| silent.remedy == Remedy::ScoreIsZero);
+    let nothing = silent.filter(|silent| silent.remedy == ScoreRemedy::ScoreIsZero);
     let nothing = nothing.map(|silent| (silent.candidate, 0.0));
-    let shown =
-        |(candidate, share): (usize, f64)| Screened { name: search.called(candidate), share };
+    let shown = |(candidate, share): (usize, f64)| ScreenedCandidate {
+        name: search.called(candidate),
+        share,
+    };
     promised.chain(nothing).map(shown).collect()
 }
 
 /// Candidates that are neither ranked nor screened, with the reason: those of the library, then templates.
 pub(crate) fn not_tried(
-    search: &Search<'_>,
+    search: &EffectSearch<'_>,
     screens: &[Screen],
     verdict: Verdict,
 ) -> [Vec<(String, String)>; 2] {
-    let silent: BTreeMap<usize, &Silent> =
+    let silent: BTreeMap<usize, &SilentCandidate> =
         screens.iter().flat_map(|screen| &screen.silent).map(|s| (s.candidate, s)).collect();
     let scored: BTreeSet<usize> =
         screens.iter().flat_map(|screen| &screen.scores).map(|s| s.candidate).collect();
@@ -216,7 +228,7 @@ pub(crate) fn not_tried(
             return search.candidates[c].is_generic.then(|| reason.clone());
         }
         match silent.get(&c) {
-            Some(Silent { remedy: Remedy::ScoreIsZero, .. }) => None,
+            Some(SilentCandidate { remedy: ScoreRemedy::ScoreIsZero, .. }) => None,
             _ if scored.contains(&c) => None,
             Some(silent) => Some(silent.why.clone()),
             None if verdict == Verdict::Sufficient => {
@@ -225,7 +237,7 @@ pub(crate) fn not_tried(
             None => Some("not needed: the library explains the recordings".to_owned()),
         }
     };
-    [Open::Library, Open::Templates].map(|of| {
+    [OpenCandidates::Library, OpenCandidates::Templates].map(|of| {
         let untried = search.range(of).filter_map(|c| Some((c, why(c)?)));
         untried.map(|(c, why)| (search.called(c), why)).collect()
     })
@@ -233,9 +245,9 @@ pub(crate) fn not_tried(
 
 /// The base model and single candidates whose fits were abandoned because their simulations take too many steps, with
 /// the reason.
-pub(crate) fn given_up(search: &Search<'_>) -> Option<(Vec<String>, String)> {
+pub(crate) fn given_up(search: &EffectSearch<'_>) -> Option<(Vec<String>, String)> {
     let reason = too_many_steps();
-    let is_given_up = |fit: &Result<Fitted, NoFit>| match fit {
+    let is_given_up = |fit: &Result<FittedStructure, NoFit>| match fit {
         Ok(fitted) => fitted.is_cut_short,
         Err(NoFit(why)) => why.ends_with(&reason),
     };
@@ -253,9 +265,9 @@ pub(crate) fn given_up(search: &Search<'_>) -> Option<(Vec<String>, String)> {
 /// A discrepancy without a name, at the place that explains it best.
 pub(crate) fn unexplained(
     missing: &MissingInput,
-    condition: Option<Condition>,
+    condition: Option<WindowCondition>,
     is_tied: bool,
-) -> Unexplained {
+) -> UnexplainedError {
     let range = missing
         .value
         .iter()
@@ -277,7 +289,7 @@ pub(crate) fn unexplained(
             format!("a sensor that is wrong: `{name}`, off by up to {largest}")
         }
     };
-    Unexplained {
+    UnexplainedError {
         target: missing.target(),
         is_tied,
         is_joint: false,
@@ -297,13 +309,13 @@ pub(crate) fn unexplained(
 /// The remainder after effects that remove nearly all of the discrepancy: the residuals of the output that stands out
 /// most, in the first training recording. `None` if none stands out.
 pub(crate) fn left_over(
-    data: &Data<'_>,
-    after: &Fitted,
+    data: &SearchData<'_>,
+    after: &FittedStructure,
     circumstances: &Circumstances,
     thresholds: &Thresholds,
-) -> Option<Unexplained> {
+) -> Option<UnexplainedError> {
     let (residuals, recording) = (after.residuals(data), data.train.first()?);
-    let excess = Excess::of(after, data, thresholds)?;
+    let excess = ExcessOutput::find(after, data, thresholds)?;
     let worst = excess.output;
     let output = &after.structure.system.signature().outputs[worst];
     let (noise, errors) = (data.noise[worst]?, residuals.first()?[worst].clone());
@@ -311,7 +323,7 @@ pub(crate) fn left_over(
     let condition = circumstances.condition(&standing_out(data, &residuals, worst));
     let lengths = averaging_lengths(&recording.times, &errors);
     let windows = discrepancy_windows(&recording.times, &errors, &noise, &lengths);
-    Some(Unexplained {
+    Some(UnexplainedError {
         target: output.name.to_string(),
         is_tied: false,
         is_joint: false,
@@ -327,7 +339,7 @@ pub(crate) fn left_over(
             excess.words()
         ),
         trace: MissingInput {
-            place: Place {
+            place: MissingPlace {
                 kind: PlaceKind::Output,
                 name: output.name.to_string(),
                 unit: output.unit.symbol.to_string(),

@@ -4,13 +4,13 @@ use std::collections::BTreeMap;
 
 use dgd_compiler::diagnostics::Diagnostics;
 use dgd_compiler::effects::write;
-use dgd_compiler::source::{Source, Sources, Span};
+use dgd_compiler::source::{SourceMap, SourceText, Span};
 use dgd_compiler::syntax::ast::{ArrayKind, Ast, Attribute, AttributeKind, ItemKind};
-use dgd_compiler::syntax::edit::{Element, NewValue, element_of, list_of, with_values};
+use dgd_compiler::syntax::edit::{ElementText, NewValue, element_of, list_of, with_values};
 use dgd_compiler::syntax::{layout, parse, visit};
 use dgd_runtime::System;
 
-use crate::fit::Fitted;
+use crate::fit::FittedStructure;
 use crate::library::BaseModel;
 use crate::plain::is_brought;
 use crate::request::DiscoverError;
@@ -25,8 +25,8 @@ const DIGITS: usize = 9;
 /// [`DiscoverError::Corrected`] if that text cannot be read.
 pub(crate) fn corrected(
     base: &BaseModel,
-    sources: &Sources,
-    fitted: &Fitted,
+    sources: &SourceMap,
+    fitted: &FittedStructure,
 ) -> Result<String, DiscoverError> {
     let structure = &fitted.structure;
     let text = if structure.id.is_base() {
@@ -40,7 +40,7 @@ pub(crate) fn corrected(
     };
     let mut extended = sources.clone();
     let name = sources.get(base.asts[0].source).name.clone();
-    let id = extended.add(Source { name, text: text.clone() });
+    let id = extended.add(SourceText { name, text: text.clone() });
     let mut diagnostics = Diagnostics::default();
     let ast = parse(id, &extended, &mut diagnostics).map_err(|_| {
         let messages = diagnostics.sorted().into_iter().map(|one| one.message.clone());
@@ -113,8 +113,8 @@ fn with_interpolations(base: &Ast, other: &Ast, text: &str) -> String {
 }
 
 /// All values of the arrays of parameters of which an element was estimated.
-fn arrays(fitted: &Fitted, declared: &[(String, Span)]) -> Vec<NewValue> {
-    let mut arrays: BTreeMap<&str, (bool, Vec<Element>)> = BTreeMap::new();
+fn arrays(fitted: &FittedStructure, declared: &[(String, Span)]) -> Vec<NewValue> {
+    let mut arrays: BTreeMap<&str, (bool, Vec<ElementText>)> = BTreeMap::new();
     for (parameter, value) in fitted.structure.system.signature().parameters.iter().zip(&fitted.p) {
         let Some((array, indices)) = element_of(&parameter.name) else { continue };
         let (estimated, values) = arrays.entry(array).or_default();

@@ -6,24 +6,27 @@ use dgd_compiler::syntax::ast::{AttributeKind, Expr, ExprKind, ItemKind};
 use dgd_compiler::syntax::print::print;
 use dgd_runtime::System;
 
-use super::discovery::Described;
+use super::discovery::ResemblingEffect;
 use super::found::parameters;
 use super::model_spread::ModelSpread;
-use crate::fit::Fitted;
+use crate::fit::FittedStructure;
 use crate::library::{StructureId, signed};
-use crate::search::Search;
+use crate::search::EffectSearch;
 
 /// The effects of a structure that describes the recordings.
-pub(crate) fn described(search: &Search<'_>, structure: StructureId) -> Vec<Described> {
+pub(crate) fn described(
+    search: &EffectSearch<'_>,
+    structure: StructureId,
+) -> Vec<ResemblingEffect> {
     let Some(fitted) = search.fitted(structure) else { return Vec::new() };
-    let model_spread = ModelSpread::of(search, structure, fitted, &search.data);
+    let model_spread = ModelSpread::from_structure(search, structure, fitted, &search.data);
     let left =
         (search.training_square(structure).unwrap_or(f64::NAN), search.held_out_square(structure));
     let one = |candidate: usize| {
         let described = &search.candidates[candidate];
         let brought = fitted.structure.brought_by(candidate);
         let names = brought.map(|brought| brought.parameters.clone()).unwrap_or_default();
-        Described {
+        ResemblingEffect {
             name: described.application.name(),
             kind: described.kind(),
             form: described.form(),
@@ -43,7 +46,7 @@ pub(crate) fn described(search: &Search<'_>, structure: StructureId) -> Vec<Desc
 }
 
 /// An effect's text with the fitted values of its parameters.
-fn text(search: &Search<'_>, fitted: &Fitted, candidate: usize) -> String {
+fn text(search: &EffectSearch<'_>, fitted: &FittedStructure, candidate: usize) -> String {
     let described = &search.candidates[candidate];
     let mut ast = described.application.effect.ast.clone();
     let signature = fitted.structure.system.signature();

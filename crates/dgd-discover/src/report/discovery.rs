@@ -2,12 +2,12 @@
 
 use dgd_runtime::Unit;
 
-use super::power::Power;
-use crate::conditions::Condition;
-use crate::guess::{Guess, LawRange, Together};
+use super::power::DetectionPower;
+use crate::conditions::WindowCondition;
+use crate::guess::{CorrelatedQuantity, FormulaGuess, LawRange};
 use crate::law::LawTerm;
 use crate::missing_input::{ClosedPlace, MissingInput};
-use crate::noise::Window;
+use crate::noise::SignalWindow;
 use crate::search::{Alternative, Evidence, Verdict};
 
 /// The result of a discovery, with everything that a report shows.
@@ -38,20 +38,20 @@ pub struct Discovery {
     pub effects: Vec<FoundEffect>,
     /// The terms that were missing, with the verdict [`Verdict::Law`].
     pub law: Option<FoundLaw>,
-    /// Laws in different equations that explain the recordings equally well, with the verdict [`Verdict::Unexplained`].
+    /// Laws in different equations that explain the recordings equally well, with the verdict [`Verdict::UnexplainedError`].
     pub rivals: Vec<RivalLaw>,
-    /// The condition outside which the base model explains the recordings, with the verdict [`Verdict::Unexplained`].
+    /// The condition outside which the base model explains the recordings, with the verdict [`Verdict::UnexplainedError`].
     pub regime: Option<FoundRegime>,
     /// Wrong numbers of the model's text and faults of the recordings, with the verdict [`Verdict::Plain`].
     pub plain: Option<PlainCauses>,
     /// Effects that resemble the discrepancy but did not pass the tests.
-    pub described: Vec<Described>,
+    pub described: Vec<ResemblingEffect>,
     /// Discrepancies that no known effect removes: places, the most likely first.
-    pub unexplained: Vec<Unexplained>,
+    pub unexplained: Vec<UnexplainedError>,
     /// If nothing is missing: the smallest effects of the library that would have been detected.
-    pub power: Vec<Power>,
+    pub power: Vec<DetectionPower>,
     /// For each output, the simulation error before and after.
-    pub gap: Vec<Gap>,
+    pub gap: Vec<OutputGap>,
     /// For each recording, measured and simulated outputs.
     pub traces: Vec<RecordingTrace>,
     /// The missing input at each place of the base model, in the first training recording, the most likely first.
@@ -61,9 +61,9 @@ pub struct Discovery {
     /// Why no place could be examined.
     pub nowhere: Option<String>,
     /// All structures that were refitted, the best first.
-    pub ranking: Vec<Ranked>,
+    pub ranking: Vec<RankedStructure>,
     /// The promise of each candidate alone before it was refitted, the best first.
-    pub screened: Vec<Screened>,
+    pub screened: Vec<ScreenedCandidate>,
     /// Parameters of the base model, refitted.
     pub base_parameters: Vec<ParameterValue>,
     /// Parameters of the corrected model, those of the base model first.
@@ -103,7 +103,7 @@ pub struct FoundEffect {
     /// Windows in which it is active in the first training recording, s.
     pub windows: Vec<[f64; 2]>,
     /// The condition under which it is active, in all training recordings.
-    pub condition: Option<Condition>,
+    pub condition: Option<WindowCondition>,
     /// The parameters it brings.
     pub parameters: Vec<ParameterValue>,
     /// The evidence for it.
@@ -134,7 +134,7 @@ pub struct NearForm {
 #[derive(Debug, Clone)]
 pub struct FoundRegime {
     /// The condition.
-    pub condition: Condition,
+    pub condition: WindowCondition,
     /// Mean square of the residuals relative to the noise where it does not hold, of the output that stands out most …
     pub outside: f64,
     /// … and where it holds, with the same parameters.
@@ -259,7 +259,7 @@ impl PlainKind {
 
 /// An effect that resembles the discrepancy without explaining it.
 #[derive(Debug, Clone)]
-pub struct Described {
+pub struct ResemblingEffect {
     /// Its name, with its arguments.
     pub name: String,
     /// `plant`, `sensor` or `input`.
@@ -297,7 +297,7 @@ pub struct ParameterValue {
 
 /// A discrepancy without a name.
 #[derive(Debug, Clone)]
-pub struct Unexplained {
+pub struct UnexplainedError {
     /// The place: an equation's label, a parameter, an input or `sensor NAME`.
     pub target: String,
     /// Whether its likelihood is tied with that of the best place.
@@ -316,20 +316,20 @@ pub struct Unexplained {
     /// Windows in the first training recording.
     pub windows: Vec<[f64; 2]>,
     /// The condition that coincides with these windows, in all training recordings.
-    pub condition: Option<Condition>,
+    pub condition: Option<WindowCondition>,
     /// A description in words.
     pub description: String,
     /// The missing input.
     pub trace: MissingInput,
     /// Quantities that correlate with it, the closest first: where to look.
-    pub together: Vec<Together>,
+    pub together: Vec<CorrelatedQuantity>,
     /// A formula that resembles it, if the verdict is `unexplained` and there is a simple one.
-    pub guess: Option<Guess>,
+    pub guess: Option<FormulaGuess>,
 }
 
 /// Root-mean-square simulation errors of an output, SI.
 #[derive(Debug, Clone)]
-pub struct Gap {
+pub struct OutputGap {
     /// The output.
     pub output: String,
     /// Its unit.
@@ -346,7 +346,7 @@ pub struct Gap {
     pub valid_after: f64,
     /// The condition that coincides with the windows in which errors of the base model stand out, in all training
     /// recordings.
-    pub condition: Option<Condition>,
+    pub condition: Option<WindowCondition>,
 }
 
 /// Measured and simulated outputs of a recording.
@@ -381,12 +381,12 @@ pub struct OutputTrace {
     /// Simulated by the corrected model.
     pub after: Vec<f64>,
     /// Windows in which the base model's misfit stands out from the noise.
-    pub windows: Vec<Window>,
+    pub windows: Vec<SignalWindow>,
 }
 
 /// A structure that was refitted.
 #[derive(Debug, Clone)]
-pub struct Ranked {
+pub struct RankedStructure {
     /// Names of its effects.
     pub effects: Vec<String>,
     /// Mean square of the training errors relative to the noise; 1 is perfect.
@@ -399,7 +399,7 @@ pub struct Ranked {
     pub note: String,
 }
 
-impl Ranked {
+impl RankedStructure {
     /// The entry of an effect that could not be tried.
     pub(crate) fn refused(name: &str, why: &str) -> Self {
         Self {
@@ -414,7 +414,7 @@ impl Ranked {
 
 /// The promise of a candidate in the screen.
 #[derive(Debug, Clone)]
-pub struct Screened {
+pub struct ScreenedCandidate {
     /// Its name.
     pub name: String,
     /// Fraction of the base model's excess error that it would remove, to first order.

@@ -1,31 +1,31 @@
 //! Reports an identified effect.
 
-use dgd_identify::Estimate;
+use dgd_identify::ParameterEstimate;
 use dgd_runtime::System;
 use dgd_runtime::signature::number::short;
 
 use super::discovery::{FoundEffect, ParameterValue};
 use super::model_spread::ModelSpread;
 use crate::conditions::Circumstances;
-use crate::fit::{Data, Fitted};
+use crate::fit::{FittedStructure, SearchData};
 use crate::library::StructureId;
-use crate::search::{self, Apart, Evidence, Search};
+use crate::search::{self, DivergentUnknown, EffectSearch, Evidence};
 
 /// Data for the report on the effects of the accepted structure.
-pub(crate) struct Found<'a> {
-    pub search: &'a Search<'a>,
-    pub data: &'a Data<'a>,
+pub(crate) struct EffectReport<'a> {
+    pub search: &'a EffectSearch<'a>,
+    pub data: &'a SearchData<'a>,
     pub structure: StructureId,
-    pub after: &'a Fitted,
+    pub after: &'a FittedStructure,
     /// Uncertainty of the estimates of `after` because of remaining model error.
     pub model_spread: &'a ModelSpread,
     pub circumstances: &'a Circumstances,
 }
 
-impl Found<'_> {
+impl EffectReport<'_> {
     /// The report on one effect of the structure.
     pub(crate) fn effect(&self, candidate: usize, evidence: Evidence) -> FoundEffect {
-        let Found { search, data, structure, after, model_spread, circumstances } = *self;
+        let EffectReport { search, data, structure, after, model_spread, circumstances } = *self;
         let described = &search.candidates[candidate];
         let effect = described.application.effect;
         let brought = after.structure.brought_by(candidate);
@@ -36,7 +36,7 @@ impl Found<'_> {
             let (_, name) = brought.names.iter().find(is_onset)?;
             after.values.p.get(name).copied()
         });
-        let rest = structure.without(candidate);
+        let rest = structure.without_candidate(candidate);
         let mut windows = match search.base.structure(search.candidates, rest) {
             Ok(without) => search::windows(
                 &after.structure,
@@ -78,7 +78,7 @@ impl Found<'_> {
             search::largest_disagreement(a, b, recording, &self.data.options)
         });
         match largest {
-            Some(Apart { name, difference, unit }) => {
+            Some(DivergentUnknown { name, difference, unit }) => {
                 let difference = difference / unit.factor.abs();
                 let symbol = &unit.symbol;
                 format!(
@@ -93,14 +93,14 @@ impl Found<'_> {
 
 /// Estimated parameters of a fit by name; all if no names are given.
 pub(crate) fn parameters(
-    fitted: &Fitted,
+    fitted: &FittedStructure,
     model_spread: &ModelSpread,
     names: &[String],
 ) -> Vec<ParameterValue> {
     let signature = fitted.structure.system.signature();
     let wanted = |name: &str| names.is_empty() || names.iter().any(|other| other == name);
     let estimates = fitted.estimates.iter().filter(|estimate| estimate.recording.is_none());
-    let value = |estimate: &Estimate| {
+    let value = |estimate: &ParameterEstimate| {
         let parameter = signature.parameters.iter().find(|p| p.name == estimate.name)?;
         Some(ParameterValue {
             name: estimate.name.clone(),

@@ -1,6 +1,6 @@
 //! Turns a finished search and the reported fits into a [`Discovery`].
 //!
-//! [`Found`] reports an effect, [`reason()`] gives the reason for the verdict, [`corrected()`] the model's new text;
+//! [`EffectReport`] reports an effect, [`reason()`] gives the reason for the verdict, [`corrected()`] the model's new text;
 //! `account` has everything else.
 
 mod account;
@@ -21,15 +21,15 @@ pub(crate) use account::{
 pub(crate) use corrected::corrected;
 pub(crate) use described::described;
 pub use discovery::{
-    Described, Discovery, FoundEffect, FoundLaw, FoundRegime, Gap, NearForm, OutputTrace,
-    ParameterValue, PlainCause, PlainCauses, PlainKind, Ranked, RecordingTrace, RecordingsValue,
-    RivalLaw, Screened, StuckSince, Unexplained,
+    Discovery, FoundEffect, FoundLaw, FoundRegime, NearForm, OutputGap, OutputTrace,
+    ParameterValue, PlainCause, PlainCauses, PlainKind, RankedStructure, RecordingTrace,
+    RecordingsValue, ResemblingEffect, RivalLaw, ScreenedCandidate, StuckSince, UnexplainedError,
 };
-pub(crate) use found::{Found, parameters};
+pub(crate) use found::{EffectReport, parameters};
 pub(crate) use law::{found_law, rival_laws};
 pub(crate) use model_spread::ModelSpread;
 pub(crate) use plain::plain_causes;
-pub use power::Power;
+pub use power::DetectionPower;
 pub(crate) use power::power;
 pub(crate) use reason::{reason, reason_of_law};
 pub(crate) use regime::found_regime;

@@ -4,18 +4,18 @@
 //!   s² = s_parts² + max (θ' − θ)²      θ': the same parameter in a structure that does nearly as well
 //! ```
 //!
-//! s_parts is the spread between parts of the recordings ([`dgd_identify::Spread`]), with each output weighted by its
+//! s_parts is the spread between parts of the recordings ([`dgd_identify::Jackknife`]), with each output weighted by its
 //! residuals. Both show only disagreements between parts or structures.
 
 use std::collections::BTreeMap;
 
-use dgd_identify::{Estimate, OutputErrorProblem, SpreadAt, spread};
+use dgd_identify::{OutputErrorProblem, ParameterEstimate, SpreadAt, spread};
 use dgd_runtime::Direction;
 
-use super::reason::Excess;
-use crate::fit::{Data, Fitted, with_starts};
+use super::reason::ExcessOutput;
+use crate::fit::{FittedStructure, SearchData, with_starts};
 use crate::library::StructureId;
-use crate::search::Search;
+use crate::search::EffectSearch;
 
 /// Standard deviations due to remaining model error, SI, by parameter name; empty if nothing remains.
 #[derive(Debug, Clone, Default)]
@@ -23,13 +23,13 @@ pub(crate) struct ModelSpread(BTreeMap<String, f64>);
 
 impl ModelSpread {
     /// The spreads of the parameters of a structure, fitted as reported.
-    pub(crate) fn of(
-        search: &Search<'_>,
+    pub(crate) fn from_structure(
+        search: &EffectSearch<'_>,
         structure: StructureId,
-        fitted: &Fitted,
-        data: &Data<'_>,
+        fitted: &FittedStructure,
+        data: &SearchData<'_>,
     ) -> Self {
-        if Excess::of(fitted, data, &search.thresholds).is_none() {
+        if ExcessOutput::find(fitted, data, &search.thresholds).is_none() {
             return Self::default();
         }
         let Some(over_parts) = over_parts(fitted, data) else { return Self::default() };
@@ -54,13 +54,13 @@ impl ModelSpread {
 }
 
 /// The spread between parts of the training recordings, by parameter name.
-fn over_parts(fitted: &Fitted, data: &Data<'_>) -> Option<Vec<(String, f64)>> {
+fn over_parts(fitted: &FittedStructure, data: &SearchData<'_>) -> Option<Vec<(String, f64)>> {
     let system = &fitted.structure.system;
     let is_moment = |of: &Direction| match of {
         Direction::Parameter(i) => fitted.moments.contains(i),
         Direction::Start(_) => false,
     };
-    let estimates: Vec<Estimate> =
+    let estimates: Vec<ParameterEstimate> =
         fitted.estimates.iter().filter(|estimate| !is_moment(&estimate.of)).cloned().collect();
     let recordings = with_starts(data.train, &fitted.values, &fitted.structure);
     let residuals = fitted.residuals(data);
@@ -88,8 +88,8 @@ fn over_parts(fitted: &Fitted, data: &Data<'_>) -> Option<Vec<(String, f64)>> {
 /// The estimate of a structure's parameter in another structure; `None` if the other lacks it, gives it another
 /// meaning, or does not determine it.
 fn estimate_in(
-    search: &Search<'_>,
-    (structure, own): (StructureId, &Fitted),
+    search: &EffectSearch<'_>,
+    (structure, own): (StructureId, &FittedStructure),
     other: StructureId,
     name: &str,
 ) -> Option<f64> {

@@ -6,13 +6,18 @@ use dgd_runtime::Unit;
 use super::discovery::{
     ParameterValue, PlainCause, PlainCauses, PlainKind, RecordingsValue, StuckSince,
 };
-use crate::fit::Fitted;
+use crate::fit::FittedStructure;
 use crate::plain::{
-    Cause, Causes, Difference, Fault, Held, Number, Own, RATE, Since, Suspicion, between,
+    AnsweringCauses, ColumnFault, DifferingValue, FittedSuspicion, HeldStart, ModelNumber, RATE,
+    RecordingGroups, StuckColumn, Suspicion, between,
 };
 
 /// Plain causes, the first with the values of its last fit. `names` are those of training and validation recordings.
-pub(crate) fn plain_causes(causes: &Causes, last: &Fitted, names: [&[String]; 2]) -> PlainCauses {
+pub(crate) fn plain_causes(
+    causes: &AnsweringCauses,
+    last: &FittedStructure,
+    names: [&[String]; 2],
+) -> PlainCauses {
     let fitted = std::iter::once(last).chain(causes.all.iter().skip(1).map(|one| &one.fitted));
     let pairs = causes.all.iter().zip(fitted);
     PlainCauses {
@@ -35,26 +40,30 @@ fn named(kind: PlainKind, name: &str) -> PlainCause {
     }
 }
 
-fn reported(cause: &Cause, fitted: &Fitted, names: [&[String]; 2]) -> PlainCause {
+fn reported(
+    cause: &FittedSuspicion,
+    fitted: &FittedStructure,
+    names: [&[String]; 2],
+) -> PlainCause {
     match &cause.suspicion {
         Suspicion::Number(number) => of_number(number, fitted),
         Suspicion::Start(held) => of_start(held, fitted, names),
         Suspicion::Rate => of_clock(fitted),
         Suspicion::Recordings(difference) => of_recordings(difference, fitted, names),
-        Suspicion::Column(Fault::Unit { name, unit, meant_in }) => PlainCause {
+        Suspicion::Column(ColumnFault::Unit { name, unit, meant_in }) => PlainCause {
             unit: Some(unit.symbol.clone()),
             meant_in: Some(meant_in.symbol.clone()),
             ..named(PlainKind::Unit, name)
         },
-        Suspicion::Column(Fault::Exchanged([name, other])) => {
+        Suspicion::Column(ColumnFault::Exchanged([name, other])) => {
             PlainCause { with: Some(other.clone()), ..named(PlainKind::Exchanged, name) }
         }
-        Suspicion::Column(Fault::Between { name, is }) => PlainCause {
+        Suspicion::Column(ColumnFault::Between { name, is }) => PlainCause {
             meant_in: Some(between(*is).to_owned()),
             ..named(PlainKind::Interpolation, name)
         },
-        Suspicion::Column(Fault::Stuck { name, unit, since, .. }) => {
-            let stuck_since = |one: &Since| StuckSince {
+        Suspicion::Column(ColumnFault::Stuck { name, unit, since, .. }) => {
+            let stuck_since = |one: &StuckColumn| StuckSince {
                 recording: names[usize::from(one.is_held_out)][one.recording].clone(),
                 time: one.time,
                 value: valued(name, unit, one.value, None),
@@ -65,7 +74,7 @@ fn reported(cause: &Cause, fitted: &Fitted, names: [&[String]; 2]) -> PlainCause
                 ..named(PlainKind::Stuck, name)
             }
         }
-        Suspicion::Column(Fault::Clock { meant_in }) => PlainCause {
+        Suspicion::Column(ColumnFault::Clock { meant_in }) => PlainCause {
             unit: Some("s".to_owned()),
             meant_in: Some(meant_in.symbol.clone()),
             ..named(PlainKind::Clock, "time")
@@ -73,7 +82,7 @@ fn reported(cause: &Cause, fitted: &Fitted, names: [&[String]; 2]) -> PlainCause
     }
 }
 
-fn of_number(number: &Number, fitted: &Fitted) -> PlainCause {
+fn of_number(number: &ModelNumber, fitted: &FittedStructure) -> PlainCause {
     let estimate = fitted.estimates.iter().find(|e| e.recording.is_none() && e.name == number.name);
     let value = estimate.map_or(number.declared, |estimate| estimate.value);
     let std = estimate.and_then(|estimate| estimate.std);
@@ -87,7 +96,7 @@ fn of_number(number: &Number, fitted: &Fitted) -> PlainCause {
     }
 }
 
-fn of_start(held: &Held, fitted: &Fitted, names: [&[String]; 2]) -> PlainCause {
+fn of_start(held: &HeldStart, fitted: &FittedStructure, names: [&[String]; 2]) -> PlainCause {
     let values = held.values(fitted).into_iter().map(|(recording, value, std)| RecordingsValue {
         recordings: vec![names[0][recording].clone()],
         held_out: Vec::new(),
@@ -97,7 +106,7 @@ fn of_start(held: &Held, fitted: &Fitted, names: [&[String]; 2]) -> PlainCause {
     PlainCause { unit, values, ..named(PlainKind::Start, &held.state) }
 }
 
-fn of_clock(fitted: &Fitted) -> PlainCause {
+fn of_clock(fitted: &FittedStructure) -> PlainCause {
     let estimate = fitted.estimates.iter().find(|e| e.recording.is_none() && e.name == RATE);
     let unit = units::Unit::one();
     let value = estimate.map(|estimate| valued("clock", &unit, estimate.value, estimate.std));
@@ -115,11 +124,19 @@ fn valued(name: &str, unit: &units::Unit, value: f64, std: Option<f64>) -> Param
     ParameterValue { name: name.to_owned(), unit, value, std, std_model: None }
 }
 
-fn of_recordings(difference: &Difference, fitted: &Fitted, names: [&[String]; 2]) -> PlainCause {
+fn of_recordings(
+    difference: &RecordingGroups,
+    fitted: &FittedStructure,
+    names: [&[String]; 2],
+) -> PlainCause {
     let (kind, name, unit) = match &difference.own {
-        Own::Number(number, _) => (PlainKind::DiffersNumber, &*number.name, number.unit.clone()),
-        Own::Offset(output, unit) => (PlainKind::DiffersOffset, &**output, unit.of_differences()),
-        Own::Clock => (PlainKind::DiffersClock, "time", units::Unit::one()),
+        DifferingValue::Number(number, _) => {
+            (PlainKind::DiffersNumber, &*number.name, number.unit.clone())
+        }
+        DifferingValue::Offset(output, unit) => {
+            (PlainKind::DiffersOffset, &**output, unit.of_differences())
+        }
+        DifferingValue::Clock => (PlainKind::DiffersClock, "time", units::Unit::one()),
     };
     let members = |groups: &[usize], names: &[String], group: usize| -> Vec<String> {
         let both = groups.iter().zip(names).filter(|(own, _)| **own == group);

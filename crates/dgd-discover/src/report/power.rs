@@ -3,11 +3,11 @@
 use dgd_runtime::{System, Unit};
 
 use crate::library::StructureId;
-use crate::search::{Screen, Search};
+use crate::search::{EffectSearch, Screen};
 
 /// The smallest size at which an effect would have been detected.
 #[derive(Debug, Clone)]
-pub struct Power {
+pub struct DetectionPower {
     /// The effect, with its arguments.
     pub name: String,
     /// The parameter that gives its size.
@@ -20,9 +20,9 @@ pub struct Power {
 
 /// For each effect of the library with a single size parameter: its minimum distance from null to be worth including in
 /// the base model, to first order. For an effect with an onset, at the middle one of those tried.
-pub(crate) fn power(search: &Search<'_>, screen: &Screen) -> Vec<Power> {
+pub(crate) fn power(search: &EffectSearch<'_>, screen: &Screen) -> Vec<DetectionPower> {
     let samples = search.training_error(StructureId::BASE).map_or(1, |(_, n)| n) as f64;
-    let mut powers: Vec<Power> = Vec::new();
+    let mut powers: Vec<DetectionPower> = Vec::new();
     let library = search.candidates.iter().enumerate().filter(|(_, one)| !one.is_generic);
     for (candidate, _) in library {
         let trials = screen.trials.iter().filter(|trial| trial.candidate == candidate);
@@ -43,7 +43,7 @@ pub(crate) fn power(search: &Search<'_>, screen: &Screen) -> Vec<Power> {
         let Some(parameter) = parameters.find(|p| *p.name == **name) else { continue };
         let numbers = brought.map_or(1, |brought| brought.parameters.len()) as f64;
         let gain = search.thresholds.least_gain + numbers * samples.ln();
-        powers.push(Power {
+        powers.push(DetectionPower {
             name: search.called(candidate),
             parameter: name.clone(),
             unit: parameter.unit.clone(),

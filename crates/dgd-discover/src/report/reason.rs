@@ -5,29 +5,29 @@ use std::fmt::Write as _;
 use dgd_runtime::System;
 use dgd_runtime::signature::number::short;
 
-use crate::fit::{Data, Fitted, chi_square, mean, slack};
+use crate::fit::{FittedStructure, SearchData, chi_square, mean, slack};
 use crate::library::StructureId;
-use crate::search::{Outcome, Search, Thresholds};
+use crate::search::{EffectSearch, JudgedOutcome, Thresholds};
 
 /// Mean squares of residuals relative to the noise's variance.
 #[derive(Debug, Clone, Copy, PartialEq)]
-struct Left {
+struct RemainingError {
     training: f64,
     /// `None` without validation data, or if it cannot be simulated.
     validation: Option<f64>,
 }
 
-impl Left {
-    fn of(fitted: &Fitted, data: &Data<'_>) -> Left {
+impl RemainingError {
+    fn measure(fitted: &FittedStructure, data: &SearchData<'_>) -> RemainingError {
         let square = |residuals: &[Vec<Vec<f64>>]| mean(&chi_square(residuals, &data.noise));
-        Left {
+        RemainingError {
             training: square(&fitted.residuals(data)).unwrap_or(f64::NAN),
             validation: fitted.held_out_residuals(data).and_then(|residuals| square(&residuals)),
         }
     }
 
-    fn of_tried(search: &Search<'_>, structure: StructureId) -> Left {
-        Left {
+    fn of_tried(search: &EffectSearch<'_>, structure: StructureId) -> RemainingError {
+        RemainingError {
             training: search.training_square(structure).unwrap_or(f64::NAN),
             validation: search.held_out_square(structure),
         }
@@ -51,7 +51,7 @@ impl Left {
 
 /// An output whose residuals exceed its noise.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Excess {
+pub(crate) struct ExcessOutput {
     /// Its position.
     pub output: usize,
     /// Mean square of its residuals relative to the noise's variance.
@@ -61,18 +61,22 @@ pub(crate) struct Excess {
     in_validation: bool,
 }
 
-impl Excess {
+impl ExcessOutput {
     /// The output furthest above its limit.
-    pub(crate) fn of(fitted: &Fitted, data: &Data<'_>, thresholds: &Thresholds) -> Option<Excess> {
+    pub(crate) fn find(
+        fitted: &FittedStructure,
+        data: &SearchData<'_>,
+        thresholds: &Thresholds,
+    ) -> Option<ExcessOutput> {
         let above = |residuals: Vec<Vec<Vec<f64>>>, limit: f64, in_validation: bool| {
             let squares = chi_square(&residuals, &data.noise);
             let slack = slack(&squares, &data.noise, thresholds.explained);
             let squares = squares.into_iter().zip(slack).enumerate();
             let squares = squares.filter(|(_, ((_, n), _))| *n > 0);
             let of_output = move |(output, ((sum, n), slack)): (usize, ((f64, usize), f64))| {
-                Excess { output, square: sum / n as f64, limit: slack * limit, in_validation }
+                ExcessOutput { output, square: sum / n as f64, limit: slack * limit, in_validation }
             };
-            squares.map(of_output).collect::<Vec<Excess>>()
+            squares.map(of_output).collect::<Vec<ExcessOutput>>()
         };
         let training = above(fitted.residuals(data), thresholds.explained, false);
         let validation =
@@ -94,19 +98,22 @@ impl Excess {
 /// The reason for a law or a plain cause. The base model and the corrected one are as reported, each with the data that
 /// it was fitted to.
 pub(crate) fn reason_of_law(
-    (before, data): (&Fitted, &Data<'_>),
-    (after, data_after): (&Fitted, &Data<'_>),
+    (before, data): (&FittedStructure, &SearchData<'_>),
+    (after, data_after): (&FittedStructure, &SearchData<'_>),
 ) -> String {
-    format!("{}.", falls(Left::of(before, data), Left::of(after, data_after)))
+    format!(
+        "{}.",
+        falls(RemainingError::measure(before, data), RemainingError::measure(after, data_after))
+    )
 }
 
 /// The reason for the verdict; `before` and `after` are the base model and the named one, as reported.
 pub(crate) fn reason(
-    search: &Search<'_>,
-    outcome: Outcome,
-    before: &Fitted,
-    after: &Fitted,
-    data: &Data<'_>,
+    search: &EffectSearch<'_>,
+    outcome: JudgedOutcome,
+    before: &FittedStructure,
+    after: &FittedStructure,
+    data: &SearchData<'_>,
 ) -> String {
     let names = |of: StructureId| {
         let names = of.effects().map(|c| format!("`{}`", search.called(c)));
@@ -117,23 +124,25 @@ pub(crate) fn reason(
         }
     };
     let thresholds = &search.thresholds;
-    let base = Left::of(before, data);
+    let base = RemainingError::measure(before, data);
     match outcome {
-        Outcome::Sufficient => {
+        JudgedOutcome::Sufficient => {
             let samples = search.training_error(StructureId::BASE).map_or(0, |(_, n)| n);
             sufficient(base, base.is_small(thresholds), search.is_noise(StructureId::BASE), samples)
         }
-        Outcome::Effects(_) => format!("{}.", falls(base, Left::of(after, data))),
-        Outcome::Most(structure) => format!(
+        JudgedOutcome::Effects(_) => {
+            format!("{}.", falls(base, RemainingError::measure(after, data)))
+        }
+        JudgedOutcome::Most(structure) => format!(
             "The mean square of the residuals is {}. The recordings look as if there was {}: with it {} would be left. \
              That is more than noise, and too much to name it.",
             base.words(),
             names(structure),
-            Left::of_tried(search, structure).words()
+            RemainingError::of_tried(search, structure).words()
         ),
-        Outcome::NearlyAll(structure) => {
-            let mut words = format!("{}.", falls(base, Left::of(after, data)));
-            if Excess::of(after, data, thresholds).is_some() {
+        JudgedOutcome::NearlyAll(structure) => {
+            let mut words = format!("{}.", falls(base, RemainingError::measure(after, data)));
+            if ExcessOutput::find(after, data, thresholds).is_some() {
                 words += " That is more than noise, so that something smaller is missing as well.";
             }
             if let Some(rival) = search.without_one_of(structure).filter(|rival| !rival.is_base()) {
@@ -142,13 +151,13 @@ pub(crate) fn reason(
                     " The closest that lacks {}, {}, leaves {}.",
                     if structure.len() == 1 { "this effect" } else { "one of these effects" },
                     names(rival),
-                    Left::of_tried(search, rival).words(),
+                    RemainingError::of_tried(search, rival).words(),
                 );
             }
             words
         }
-        Outcome::Unexplained => {
-            let base = Left::of_tried(search, StructureId::BASE);
+        JudgedOutcome::Unexplained => {
+            let base = RemainingError::of_tried(search, StructureId::BASE);
             if let Some((doubted, why)) = search.doubts() {
                 let words = format!("The mean square of the residuals is {}", base.words());
                 return match doubted {
@@ -158,13 +167,13 @@ pub(crate) fn reason(
                     doubted => format!(
                         "{words}. With {} it is {}, but {why}.",
                         names(doubted),
-                        Left::of_tried(search, doubted).words()
+                        RemainingError::of_tried(search, doubted).words()
                     ),
                 };
             }
             let ranked = search.ranked();
             let is_less = |one: &StructureId| {
-                !one.is_base() && Left::of_tried(search, *one).training < base.training
+                !one.is_base() && RemainingError::of_tried(search, *one).training < base.training
             };
             let tried = ranked.iter().filter(|one| !one.is_base()).count();
             let words = format!("The mean square of the residuals is {}", base.words());
@@ -172,7 +181,7 @@ pub(crate) fn reason(
                 Some(best) => format!(
                     "{words}. The best of what was tried, {}, leaves {}{}.",
                     names(best),
-                    Left::of_tried(search, best).words(),
+                    RemainingError::of_tried(search, best).words(),
                     why_not(search, best, data)
                 ),
                 None if tried == 0 && search.candidates.is_empty() => {
@@ -186,9 +195,9 @@ pub(crate) fn reason(
 }
 
 /// The reason why the best of the structures is not named.
-fn why_not(search: &Search<'_>, best: StructureId, data: &Data<'_>) -> String {
+fn why_not(search: &EffectSearch<'_>, best: StructureId, data: &SearchData<'_>) -> String {
     let Some(fitted) = search.fitted(best) else { return String::new() };
-    if let Some(excess) = Excess::of(fitted, data, &search.thresholds) {
+    if let Some(excess) = ExcessOutput::find(fitted, data, &search.thresholds) {
         let output = &fitted.structure.system.signature().outputs[excess.output].name;
         return format!(
             ", which is too much to name it: the residuals of `{output}` {}, and at most {} pass for noise",
@@ -196,7 +205,7 @@ fn why_not(search: &Search<'_>, best: StructureId, data: &Data<'_>) -> String {
             ratio(excess.limit)
         );
     }
-    if !data.valid.is_empty() && Left::of_tried(search, best).validation.is_none() {
+    if !data.valid.is_empty() && RemainingError::of_tried(search, best).validation.is_none() {
         return ", but with it the validation data cannot be simulated".to_owned();
     }
     if let Some([a, b]) = search.cancelling(best) {
@@ -215,7 +224,7 @@ fn why_not(search: &Search<'_>, best: StructureId, data: &Data<'_>) -> String {
     ", but it is not clearly better than what else was tried".to_owned()
 }
 
-fn falls(from: Left, to: Left) -> String {
+fn falls(from: RemainingError, to: RemainingError) -> String {
     let word = if to.training < from.training { "falls" } else { "goes" };
     let mut words = format!(
         "The mean square of the residuals {word} from {} to {} times the noise variance",
@@ -230,7 +239,7 @@ fn falls(from: Left, to: Left) -> String {
 
 /// The sentence for a model that needs no effect, by whether its residuals are as small as noise and whether tests
 /// distinguish them from it.
-fn sufficient(left: Left, is_small: bool, is_noise: bool, samples: usize) -> String {
+fn sufficient(left: RemainingError, is_small: bool, is_noise: bool, samples: usize) -> String {
     let words = left.words();
     match (is_noise, is_small) {
         (true, true) => {
@@ -270,15 +279,16 @@ pub(crate) fn significant(value: f64) -> String {
 mod tests {
     use super::*;
 
-    fn left(training: f64, validation: f64) -> Left {
-        Left { training, validation: Some(validation) }
+    fn left(training: f64, validation: f64) -> RemainingError {
+        RemainingError { training, validation: Some(validation) }
     }
 
     #[test]
     fn a_model_is_said_to_leave_noise_only_where_it_does() {
         let thresholds = Thresholds::default();
-        let said =
-            |left: Left, is_noise| sufficient(left, left.is_small(&thresholds), is_noise, 20);
+        let said = |left: RemainingError, is_noise| {
+            sufficient(left, left.is_small(&thresholds), is_noise, 20)
+        };
         let noise = "cannot be told from sensor noise";
         assert!(said(left(1.0, 1.02), true).contains(noise));
         for (left, is_noise) in
@@ -299,7 +309,7 @@ mod tests {
             "The mean square of the residuals falls from 23.8 to 1.12 times the noise variance (validation data: \
              from 206 to 48.0)"
         );
-        let alone = |training| Left { training, validation: None };
+        let alone = |training| RemainingError { training, validation: None };
         let words = falls(alone(1.0), alone(1.1));
         assert!(words.contains("goes from 1.00 to 1.10 times the noise variance"), "{words}");
     }

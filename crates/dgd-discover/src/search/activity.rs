@@ -8,14 +8,15 @@
 //!
 //! and if no row differs, because the effect belongs to a sensor, so are the outputs.
 
-use dgd_execute::Loaded;
+use dgd_execute::LoadedSystem;
 use dgd_identify::Recording;
 use dgd_runtime::{
-    Options, Point, Problem, Signature, Solution, System, Unit, discrete_numbers, observe, simulate,
+    EvaluationPoint, Options, Problem, Signature, Solution, System, Unit, discrete_numbers,
+    observe, simulate,
 };
 
-use crate::fit::Fitted;
-use crate::library::{Structure, Values};
+use crate::fit::FittedStructure;
+use crate::library::{CarriedValues, ModelStructure};
 
 /// An effect is active where it exceeds this fraction of its maximum.
 pub(crate) const AT_WORK: f64 = 0.05;
@@ -25,16 +26,16 @@ const ROUNDING: f64 = 1e-9;
 
 /// Windows in which an effect is active in each recording, s.
 pub(crate) fn windows(
-    with: &Structure,
-    without: &Structure,
-    values: &Values,
+    with: &ModelStructure,
+    without: &ModelStructure,
+    values: &CarriedValues,
     recordings: &[Recording],
     options: &Options,
 ) -> Vec<Vec<[f64; 2]>> {
     let changes = changes(with, without, values, recordings, options);
     let samples = recordings.iter().map(|recording| recording.times.len()).sum();
     let mut activity = vec![0.0_f64; samples];
-    for Change { by, .. } in &changes {
+    for EffectChange { by, .. } in &changes {
         let largest = by.iter().fold(0.0, |most: f64, d| most.max(d.abs()));
         for (activity, d) in activity.iter_mut().zip(by) {
             *activity = activity.max(d.abs() / largest);
@@ -52,7 +53,7 @@ pub(crate) fn windows(
 /// The place of a change. An output may have the name of an unknown, and a sensor's reading is not the equation of its
 /// unknown.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub(crate) enum Changed {
+pub(crate) enum ChangedPlace {
     /// The equation of an unknown.
     Equation(String),
     /// The reading of an output.
@@ -61,9 +62,9 @@ pub(crate) enum Changed {
 
 /// A change by an effect.
 #[derive(Debug, Clone)]
-pub(crate) struct Change {
+pub(crate) struct EffectChange {
     /// Its place.
-    pub what: Changed,
+    pub what: ChangedPlace,
     /// d at each sample of all recordings.
     pub by: Vec<f64>,
 }
@@ -71,20 +72,20 @@ pub(crate) struct Change {
 /// All rows that an effect changes along the trajectories of the structure with it, or all outputs if it changes no row
 /// in any recording. Differences by rounding do not count.
 pub(crate) fn changes(
-    with: &Structure,
-    without: &Structure,
-    values: &Values,
+    with: &ModelStructure,
+    without: &ModelStructure,
+    values: &CarriedValues,
     recordings: &[Recording],
     options: &Options,
-) -> Vec<Change> {
-    let runs = |system: &Loaded| -> Option<Vec<(Solution, Vec<f64>)>> {
+) -> Vec<EffectChange> {
+    let runs = |system: &LoadedSystem| -> Option<Vec<(Solution, Vec<f64>)>> {
         let recordings = recordings.iter().enumerate();
         recordings.map(|(r, recording)| run(system, values, r, recording, options)).collect()
     };
     let Some(own) = runs(&with.system) else { return Vec::new() };
-    let changes_of = |names: Vec<Changed>, a: &[f64], b: &[f64]| -> Vec<Change> {
+    let changes_of = |names: Vec<ChangedPlace>, a: &[f64], b: &[f64]| -> Vec<EffectChange> {
         let n = names.len();
-        let change = |(i, what): (usize, Changed)| {
+        let change = |(i, what): (usize, ChangedPlace)| {
             let pairs = a.iter().skip(i).step_by(n).zip(b.iter().skip(i).step_by(n));
             let differences: Vec<f64> = pairs.map(|(a, b)| a - b).collect();
             let largest = |values: &mut dyn Iterator<Item = f64>| {
@@ -92,7 +93,7 @@ pub(crate) fn changes(
             };
             let size = largest(&mut a.iter().skip(i).step_by(n).copied());
             (largest(&mut differences.iter().copied()) > ROUNDING * size)
-                .then_some(Change { what, by: differences })
+                .then_some(EffectChange { what, by: differences })
         };
         names.into_iter().enumerate().filter_map(change).collect()
     };
@@ -103,7 +104,8 @@ pub(crate) fn changes(
     if let Some(in_rows) = in_rows {
         let (a, b): (Vec<Vec<f64>>, Vec<Vec<f64>>) = in_rows.into_iter().unzip();
         let unknowns = without.system.signature().unknowns.iter();
-        let names = unknowns.map(|unknown| Changed::Equation(unknown.name.to_string())).collect();
+        let names =
+            unknowns.map(|unknown| ChangedPlace::Equation(unknown.name.to_string())).collect();
         let changed = changes_of(names, &a.concat(), &b.concat());
         if !changed.is_empty() {
             return changed;
@@ -114,14 +116,14 @@ pub(crate) fn changes(
         runs.into_iter().flat_map(|(_, outputs)| outputs).collect()
     };
     let names = with.system.signature().outputs.iter();
-    let names = names.map(|output| Changed::Reading(output.name.to_string()));
+    let names = names.map(|output| ChangedPlace::Reading(output.name.to_string()));
     changes_of(names.collect(), &outputs(own), &outputs(others))
 }
 
 /// A run of one of the recordings, by its position among them, and its outputs.
 fn run(
-    system: &Loaded,
-    values: &Values,
+    system: &LoadedSystem,
+    values: &CarriedValues,
     position: usize,
     recording: &Recording,
     options: &Options,
@@ -135,9 +137,9 @@ fn run(
 
 /// Values of the rows of the second structure in both structures, along a trajectory of the first.
 fn rows(
-    with: &Structure,
-    without: &Structure,
-    values: &Values,
+    with: &ModelStructure,
+    without: &ModelStructure,
+    values: &CarriedValues,
     position: usize,
     recording: &Recording,
     solution: &Solution,
@@ -150,7 +152,7 @@ fn rows(
     let (pa, pb) = (values.parameters(a), values.parameters(b));
     let (mut fa, mut fb) = (vec![0.0; sa.unknowns.len()], vec![0.0; sb.unknowns.len()]);
     let start = values.starts(a, position);
-    let inputs_of = |system: &Loaded, p: &[f64]| {
+    let inputs_of = |system: &LoadedSystem, p: &[f64]| {
         let problem = Problem { system, p, inputs: &recording.inputs, start: &start };
         problem.inputs_read().ok().map(std::borrow::Cow::into_owned)
     };
@@ -164,8 +166,8 @@ fn rows(
         let common: Vec<f64> = places.iter().map(|place| y[*place]).collect();
         let za = solution.z(k);
         let zb = discrete(b, &pb, t, sa, za);
-        a.rhs(Point { t, y, u: &ua, p: &pa, z: za }, &mut fa);
-        b.rhs(Point { t, y: &common, u: &ub, p: &pb, z: &zb }, &mut fb);
+        a.rhs(EvaluationPoint { t, y, u: &ua, p: &pa, z: za }, &mut fa);
+        b.rhs(EvaluationPoint { t, y: &common, u: &ub, p: &pb, z: &zb }, &mut fb);
         with_effect.extend(places.iter().map(|place| fa[*place]));
         without_effect.extend_from_slice(&fb);
     }
@@ -173,7 +175,13 @@ fn rows(
 }
 
 /// The discrete numbers of a system, with the modes of its automata from another one, whose numbers are `known`.
-fn discrete(system: &Loaded, p: &[f64], t: f64, other: &Signature, known: &[f64]) -> Vec<f64> {
+fn discrete(
+    system: &LoadedSystem,
+    p: &[f64],
+    t: f64,
+    other: &Signature,
+    known: &[f64],
+) -> Vec<f64> {
     let automata = &system.signature().discrete.automata;
     let mut z = discrete_numbers(system, p, t);
     for (z, automaton) in z.iter_mut().zip(automata.iter()) {
@@ -203,11 +211,11 @@ fn stretches(times: &[f64], activity: &[f64]) -> Vec<[f64; 2]> {
 
 /// The unknown in which two fits differ most in a recording, in units of its size.
 pub(crate) fn largest_disagreement(
-    a: &Fitted,
-    b: &Fitted,
+    a: &FittedStructure,
+    b: &FittedStructure,
     recording: &Recording,
     options: &Options,
-) -> Option<Apart> {
+) -> Option<DivergentUnknown> {
     let (sa, sb) = (&a.structure.system, &b.structure.system);
     let (ya, _) = run(sa, &a.values, 0, recording, options)?;
     let (yb, _) = run(sb, &b.values, 0, recording, options)?;
@@ -216,7 +224,7 @@ pub(crate) fn largest_disagreement(
 
 /// An unknown in which two courses differ.
 #[derive(Debug, Clone)]
-pub(crate) struct Apart {
+pub(crate) struct DivergentUnknown {
     pub(crate) name: String,
     /// Largest difference, SI.
     pub(crate) difference: f64,
@@ -227,9 +235,12 @@ pub(crate) struct Apart {
 const APART: f64 = 0.01;
 
 /// The unknown in which two courses at the same times differ most, in units of its size.
-pub(crate) fn farthest_apart<S: System>(systems: [&S; 2], [a, b]: [&Solution; 2]) -> Option<Apart> {
+pub(crate) fn farthest_apart<S: System>(
+    systems: [&S; 2],
+    [a, b]: [&Solution; 2],
+) -> Option<DivergentUnknown> {
     let [unknowns, others] = systems.map(|system| &system.signature().unknowns);
-    let mut worst: Option<(f64, Apart)> = None;
+    let mut worst: Option<(f64, DivergentUnknown)> = None;
     for (i, unknown) in unknowns.iter().enumerate() {
         let Some(j) = others.iter().position(|other| other.name == unknown.name) else { continue };
         let (mut size, mut difference) = (0.0_f64, 0.0_f64);
@@ -240,7 +251,7 @@ pub(crate) fn farthest_apart<S: System>(systems: [&S; 2], [a, b]: [&Solution; 2]
         let share = difference / size;
         if share > APART && worst.as_ref().is_none_or(|(most, _)| share > *most) {
             let (name, unit) = (unknown.name.to_string(), unknown.unit.clone());
-            worst = Some((share, Apart { name, difference, unit }));
+            worst = Some((share, DivergentUnknown { name, difference, unit }));
         }
     }
     worst.map(|(_, apart)| apart)

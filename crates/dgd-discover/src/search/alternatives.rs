@@ -2,7 +2,7 @@
 
 use std::collections::BTreeSet;
 
-use super::tried::Search;
+use super::tried::EffectSearch;
 use crate::library::StructureId;
 
 /// An effect that explains the data nearly as well as the named one.
@@ -35,11 +35,11 @@ pub(crate) struct Replacements {
     pub forms: Vec<Alternative>,
 }
 
-impl Search<'_> {
+impl EffectSearch<'_> {
     /// Effects that may replace an effect of a structure and then predict validation data nearly as well, and its other
     /// forms.
     pub(crate) fn replacements(&self, whole: StructureId, candidate: usize) -> Replacements {
-        let (rest, own) = (whole.without(candidate), &self.candidates[candidate]);
+        let (rest, own) = (whole.without_candidate(candidate), &self.candidates[candidate]);
         let error = |of: StructureId| {
             let held_out = self.held_out_square(of);
             held_out.or_else(|| self.training_square(of)).map(f64::sqrt)
@@ -49,7 +49,7 @@ impl Search<'_> {
             if other == candidate || rest.contains(other) || !self.is_open(other) {
                 return None;
             }
-            let structure = rest.with(other);
+            let structure = rest.with_candidate(other);
             let valid_ratio = error(structure)? / best;
             let as_good = self.explains(structure) || !self.explains(whole);
             let described = &self.candidates[other];
@@ -108,7 +108,8 @@ mod tests {
                     (id(chosen), Ok(leaving(*left, structure)))
                 };
                 let tried = left.iter().map(fitted).collect();
-                let search = Search { tried, ..Search::new(base, candidates, data, 1, 1) };
+                let search =
+                    EffectSearch { tried, ..EffectSearch::new(base, candidates, data, 1, 1) };
                 let found = search.replacements(id(&[late]), late);
                 let named = found.others.iter().map(|one| one.alternative.name.as_str());
                 assert_eq!(named.collect::<Vec<_>>(), others);

@@ -12,19 +12,19 @@
 //! equation of its quantity are two places even if they have one name: an offset in one is a slope in the other. If a
 //! also changes other rows, b may be its consequence: an overflow into a tank may make that tank overflow.
 
-use super::activity::{AT_WORK, Change, changes};
-use super::tried::Search;
-use crate::fit::Fitted;
+use super::activity::{AT_WORK, EffectChange, changes};
+use super::tried::EffectSearch;
+use crate::fit::FittedStructure;
 use crate::library::StructureId;
 
-impl Search<'_> {
+impl EffectSearch<'_> {
     /// Two effects of a structure, one of which only cancels the other, over all training recordings together.
     pub(crate) fn cancelling(&self, structure: StructureId) -> Option<[usize; 2]> {
         let fitted = self.fitted(structure)?;
         *fitted.cancelling.get_or_init(|| self.taken_back(fitted))
     }
 
-    fn taken_back(&self, fitted: &Fitted) -> Option<[usize; 2]> {
+    fn taken_back(&self, fitted: &FittedStructure) -> Option<[usize; 2]> {
         let structure = fitted.structure.id;
         let chosen: Vec<usize> = structure.effects().collect();
         if chosen.len() < 2 {
@@ -36,7 +36,8 @@ impl Search<'_> {
             let (values, train) = (&fitted.values, self.data.train);
             Some(changes(&fitted.structure, &without, values, train, &self.data.options))
         };
-        let alone: Vec<Option<Vec<Change>>> = chosen.iter().map(|c| changes_by(&[*c])).collect();
+        let alone: Vec<Option<Vec<EffectChange>>> =
+            chosen.iter().map(|c| changes_by(&[*c])).collect();
         let pairs = (0..chosen.len()).flat_map(|i| (i + 1..chosen.len()).map(move |j| (i, j)));
         let taken_back = |(i, j): (usize, usize)| {
             let (Some(by_a), Some(by_b)) = (&alone[i], &alone[j]) else { return None };
@@ -56,13 +57,13 @@ impl Search<'_> {
 }
 
 /// Whether two effects change the same rows.
-fn are_at_one_place(by_one: &[Change], by_other: &[Change]) -> bool {
+fn are_at_one_place(by_one: &[EffectChange], by_other: &[EffectChange]) -> bool {
     !by_one.is_empty() && by_one.iter().map(|c| &c.what).eq(by_other.iter().map(|c| &c.what))
 }
 
 /// Whether an effect is cancelled by another at the same place, from its changes and those of both: less than a
 /// fraction `share` is left while it is active.
-fn is_taken_back(by_one: &[Change], by_both: &[Change], share: f64) -> bool {
+fn is_taken_back(by_one: &[EffectChange], by_both: &[EffectChange], share: f64) -> bool {
     by_one.iter().all(|change| {
         let largest = change.by.iter().fold(0.0, |most: f64, d| most.max(d.abs()));
         let Some(both) = by_both.iter().find(|both| both.what == change.what) else { return false };
@@ -77,13 +78,13 @@ fn is_taken_back(by_one: &[Change], by_both: &[Change], share: f64) -> bool {
 
 #[cfg(test)]
 mod tests {
-    use super::super::activity::Changed;
+    use super::super::activity::ChangedPlace;
     use super::super::thresholds::Thresholds;
     use super::*;
 
-    fn change(what: &str, f: impl Fn(f64) -> f64) -> Change {
-        Change {
-            what: Changed::Equation(what.to_owned()),
+    fn change(what: &str, f: impl Fn(f64) -> f64) -> EffectChange {
+        EffectChange {
+            what: ChangedPlace::Equation(what.to_owned()),
             by: (0..100).map(|k| f(f64::from(k))).collect(),
         }
     }
@@ -120,8 +121,10 @@ mod tests {
     #[test]
     fn a_sensor_does_not_take_back_what_an_equation_does() {
         let heat = change("T", step(20.0, -1.0));
-        let probe =
-            Change { what: Changed::Reading("T".to_owned()), ..change("T", step(20.0, 1.0)) };
+        let probe = EffectChange {
+            what: ChangedPlace::Reading("T".to_owned()),
+            ..change("T", step(20.0, 1.0))
+        };
         assert!(!are_at_one_place(&[heat], &[probe]));
     }
 }

@@ -5,15 +5,18 @@ use std::sync::OnceLock;
 use dgd_compiler::diagnostics::Diagnostics;
 use dgd_compiler::effects::Effect;
 use dgd_compiler::model::{ModelOptions, resolve};
-use dgd_compiler::source::{Source, Sources};
+use dgd_compiler::source::{SourceMap, SourceText};
 use dgd_compiler::syntax::parse;
 use dgd_execute::Engine;
 use dgd_identify::Recording;
 use dgd_runtime::{Inputs, Observations, Options};
 use dgd_screen::noise::SensorNoise;
 
-use crate::fit::{Budget, Data, Fitted, WorkJournal};
-use crate::library::{BaseModel, Candidate, Scales, Structure, StructureId, Values, candidates};
+use crate::fit::{FittedStructure, SearchBudget, SearchData, WorkJournal};
+use crate::library::{
+    BaseModel, CarriedValues, EffectCandidate, ModelStructure, OutputScales, StructureId,
+    candidates,
+};
 
 const MODEL: &str = "\
 model tank
@@ -34,11 +37,11 @@ pub(super) fn id(effects: &[usize]) -> StructureId {
 /// zeros.
 pub(super) fn with_effects<T>(
     names: [&str; 3],
-    judge: impl FnOnce(&BaseModel, &[Candidate<'_>], Data<'_>) -> T,
+    judge: impl FnOnce(&BaseModel, &[EffectCandidate<'_>], SearchData<'_>) -> T,
 ) -> T {
-    let (mut sources, mut diagnostics) = (Sources::default(), Diagnostics::default());
+    let (mut sources, mut diagnostics) = (SourceMap::default(), Diagnostics::default());
     let mut parsed = |text: String| {
-        let id = sources.add(Source { name: "test.dgd".to_owned(), text });
+        let id = sources.add(SourceText { name: "test.dgd".to_owned(), text });
         parse(id, &sources, &mut diagnostics).expect("it is sound")
     };
     let asts = vec![parsed(MODEL.to_owned())];
@@ -64,11 +67,11 @@ pub(super) fn with_effects<T>(
         free,
         fix,
         engine: Engine::Interpreter,
-        scales: Scales::default(),
+        scales: OutputScales::default(),
     };
     let times: Vec<f64> = (0..SAMPLES).map(|k| k as f64).collect();
     let measured = vec![Some(vec![0.0; SAMPLES])];
-    let data = Data {
+    let data = SearchData {
         train: &[Recording::new(times, Inputs::none(), measured)],
         valid: &[],
         noise: vec![Some(SensorNoise::known(1.0))],
@@ -76,18 +79,18 @@ pub(super) fn with_effects<T>(
         options: Options::default(),
         explicit: None,
         own_weights: false,
-        scales: &Scales::default(),
-        budget: Budget::default(),
+        scales: &OutputScales::default(),
+        budget: SearchBudget::default(),
         keeping: WorkJournal::NONE,
     };
     judge(&base, &candidates, data)
 }
 
 /// A fit of a structure with a residual mean square of `left`, relative to the noise.
-pub(super) fn leaving(left: f64, structure: Structure) -> Fitted {
-    Fitted {
+pub(super) fn leaving(left: f64, structure: ModelStructure) -> FittedStructure {
+    FittedStructure {
         structure,
-        values: Values::default(),
+        values: CarriedValues::default(),
         p: Vec::new(),
         estimates: Vec::new(),
         moments: Vec::new(),

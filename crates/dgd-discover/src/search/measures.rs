@@ -5,21 +5,24 @@ use std::collections::BTreeSet;
 use dgd_runtime::System;
 use dgd_screen::noise::SensorNoise;
 
-use super::ranking::{Asked, HeldOutMisfit, Misfit, Question, Ranking, Standing};
+use super::ranking::{
+    HeldOutMisfit, LazyValue, RankedStanding, Ranking, StructureMisfit, VerdictQuestion,
+};
 use super::refits::EVALUATIONS;
-use super::tried::{Open, Search};
+use super::tried::{EffectSearch, OpenCandidates};
 use crate::fit::{
-    Fitted, as_far_as_readings, chi_square, mean, slack, too_many_steps, whitened, whitened_square,
+    FittedStructure, as_far_as_readings, chi_square, mean, slack, too_many_steps, whitened,
+    whitened_square,
 };
 use crate::library::StructureId;
 use crate::noise::{size, whiteness};
 
-impl Search<'_> {
+impl EffectSearch<'_> {
     /// The current data for a verdict.
-    pub(crate) fn ranking(&self, question: Question) -> Ranking<'_> {
+    pub(crate) fn ranking(&self, question: VerdictQuestion) -> Ranking<'_> {
         let standing = |structure: StructureId| {
             let fitted = self.fitted(structure)?;
-            Some(Standing {
+            Some(RankedStanding {
                 structure,
                 names: structure.effects().map(|c| self.candidates[c].subject()).collect(),
                 generic: structure.effects().filter(|c| self.candidates[*c].is_generic).collect(),
@@ -28,15 +31,17 @@ impl Search<'_> {
                 numbers: fitted.free(),
                 criterion: self.bic(structure)?,
                 error: fitted.error,
-                misfit: Asked::new(Box::new(|| self.misfit(fitted))),
-                is_noise: Asked::new(Box::new(move || self.is_noise(structure))),
+                misfit: LazyValue::new(Box::new(|| self.misfit(fitted))),
+                is_noise: LazyValue::new(Box::new(move || self.is_noise(structure))),
                 is_sound: self.is_sound(structure) && self.is_finished(structure),
                 is_doubted: self.doubted.contains_key(&structure),
-                is_cancelling: Asked::new(Box::new(move || self.cancelling(structure).is_some())),
+                is_cancelling: LazyValue::new(Box::new(move || {
+                    self.cancelling(structure).is_some()
+                })),
             })
         };
         let standings = self.ranked().into_iter().filter_map(standing).collect();
-        let discrepancy = Asked::new(Box::new(|| {
+        let discrepancy = LazyValue::new(Box::new(|| {
             self.fitted(StructureId::BASE).and_then(|base| self.bounded(base).squares())
         }));
         Ranking { standings, question, discrepancy }
@@ -49,7 +54,7 @@ impl Search<'_> {
         let mut effects = structure.effects().filter(|_| structure.len() == 1);
         let template = effects.next().filter(|c| self.candidates[*c].is_generic)?;
         let file = |c: usize| self.candidates[c].application.effect.full_name();
-        let first = self.range(Open::Templates).find(|&c| file(c) == file(template))?;
+        let first = self.range(OpenCandidates::Templates).find(|&c| file(c) == file(template))?;
         let candidate = &self.candidates[template];
         Some((candidate.scales() && self.has_conventional_zero(&candidate.target()), first))
     }
@@ -77,7 +82,7 @@ impl Search<'_> {
     pub(crate) fn bic(&self, structure: StructureId) -> Option<f64> {
         let fitted = self.fitted(structure)?;
         let (sum, n) = fitted.error;
-        let templates = self.range(Open::Templates).len().max(1) as f64;
+        let templates = self.range(OpenCandidates::Templates).len().max(1) as f64;
         let generic = structure.effects().filter(|&c| self.candidates[c].is_generic).count();
         let generality = 2.0 * generic as f64 * templates.ln();
         Some(sum / self.unit() + fitted.free() as f64 * (n as f64).ln() + generality)
@@ -113,7 +118,7 @@ impl Search<'_> {
     }
 
     /// The misfit of a structure in each output.
-    fn misfit(&self, fitted: &Fitted) -> Misfit {
+    fn misfit(&self, fitted: &FittedStructure) -> StructureMisfit {
         let data = &self.data;
         let mut misfit = self.misfit_of(&fitted.residuals(data), fitted.held_out_residuals(data));
         // Parameters that the training recordings do not determine well predict no better.
@@ -129,7 +134,7 @@ impl Search<'_> {
 
     /// The misfit of a fit in each output, but at most the variance of the readings if the simulation diverges from
     /// them.
-    fn bounded(&self, fitted: &Fitted) -> Misfit {
+    fn bounded(&self, fitted: &FittedStructure) -> StructureMisfit {
         let data = &self.data;
         let held_out = fitted.held_out_residuals(data);
         self.misfit_of(
@@ -138,7 +143,11 @@ impl Search<'_> {
         )
     }
 
-    fn misfit_of(&self, trained: &[Vec<Vec<f64>>], held_out: Option<Vec<Vec<Vec<f64>>>>) -> Misfit {
+    fn misfit_of(
+        &self,
+        trained: &[Vec<Vec<f64>>],
+        held_out: Option<Vec<Vec<Vec<f64>>>>,
+    ) -> StructureMisfit {
         let (data, noise) = (&self.data, &self.data.noise);
         let held_out = match held_out {
             _ if data.valid.is_empty() => HeldOutMisfit::NoRecording,
@@ -151,7 +160,7 @@ impl Search<'_> {
         };
         let trained = chi_square(trained, noise);
         let slack = slack(&trained, noise, self.thresholds.explained);
-        Misfit { trained, slack, held_out }
+        StructureMisfit { trained, slack, held_out }
     }
 
     /// Whether a structure's residuals are so small that nothing else need be missing.
@@ -160,14 +169,14 @@ impl Search<'_> {
     }
 
     /// [`Self::explains`] for a fit.
-    pub(crate) fn leaves_nothing(&self, fitted: &Fitted) -> bool {
+    pub(crate) fn leaves_nothing(&self, fitted: &FittedStructure) -> bool {
         let (training, held_out) = (self.thresholds.explained, self.thresholds.explained_held_out);
         self.misfit(fitted).is_at_most(training, held_out)
     }
 
     /// Whether a fit leaves nothing and validation recordings confirm that without an allowance for its own
     /// uncertainty.
-    pub(crate) fn validates(&self, fitted: &Fitted) -> bool {
+    pub(crate) fn validates(&self, fitted: &FittedStructure) -> bool {
         let square = fitted.held_out_residuals(&self.data);
         let square = square.and_then(|left| mean(&chi_square(&left, &self.data.noise)));
         square.is_some_and(|square| square <= self.thresholds.nearly_explained_held_out)
@@ -175,7 +184,7 @@ impl Search<'_> {
     }
 
     /// Whether a fit leaves only noise in the training recordings.
-    pub(crate) fn fits(&self, fitted: &Fitted) -> bool {
+    pub(crate) fn fits(&self, fitted: &FittedStructure) -> bool {
         let misfit = self.misfit_of(&fitted.residuals(&self.data), None);
         misfit.is_at_most_in_training(self.thresholds.explained)
     }
@@ -313,7 +322,8 @@ mod tests {
                 (id(chosen), Ok(leaving(*left, structure)))
             };
             let tried = left.iter().map(fitted).collect();
-            let mut search = Search { tried, ..Search::new(base, candidates, data, 1, 1) };
+            let mut search =
+                EffectSearch { tried, ..EffectSearch::new(base, candidates, data, 1, 1) };
             // Roots: 6.5 is 4 % above 6, and 7 is 8 % above.
             assert_eq!(search.near(id(&[0])), [id(&[1])]);
             assert_eq!(search.near(id(&[1])), [id(&[0]), id(&[2])]);

@@ -7,20 +7,20 @@ use crate::fit::mean;
 use crate::library::StructureId;
 
 /// An expensive value that is computed on demand.
-pub(crate) type Asked<'a, T> = LazyCell<T, Box<dyn FnOnce() -> T + 'a>>;
+pub(crate) type LazyValue<'a, T> = LazyCell<T, Box<dyn FnOnce() -> T + 'a>>;
 
 /// Fitted structures, the best first, and the question about them.
 pub(crate) struct Ranking<'a> {
-    pub standings: Vec<Standing<'a>>,
-    pub question: Question,
+    pub standings: Vec<RankedStanding<'a>>,
+    pub question: VerdictQuestion,
     /// Mean squares of the base model's residuals in training and validation recordings, but at most the variance of
     /// the readings if it diverges: otherwise any effect would pass in comparison.
-    pub discrepancy: Asked<'a, Option<[f64; 2]>>,
+    pub discrepancy: LazyValue<'a, Option<[f64; 2]>>,
 }
 
 /// The question that a verdict answers.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum Question {
+pub(crate) enum VerdictQuestion {
     /// Whether the base model leaves only noise.
     IsSufficient,
     /// Which structure explains the data.
@@ -32,7 +32,7 @@ pub(crate) enum Question {
 }
 
 /// A structure, and how it compares with the recordings.
-pub(crate) struct Standing<'a> {
+pub(crate) struct RankedStanding<'a> {
     pub structure: StructureId,
     /// Subjects of its effects: names of library effects, shared by the forms of an effect, and places of templates,
     /// shared by near forms.
@@ -50,18 +50,18 @@ pub(crate) struct Standing<'a> {
     /// Σ ε² of the training recordings, and the number of samples; ε is white if the errors are noise.
     pub error: (f64, usize),
     /// Its misfit in each output.
-    pub misfit: Asked<'a, Misfit>,
+    pub misfit: LazyValue<'a, StructureMisfit>,
     /// Whether tests cannot distinguish its residuals from noise.
-    pub is_noise: Asked<'a, bool>,
+    pub is_noise: LazyValue<'a, bool>,
     /// Whether no parameter of an effect is at a bound.
     pub is_sound: bool,
     /// Whether its own evidence contradicts it.
     pub is_doubted: bool,
     /// Whether one of its effects only cancels another.
-    pub is_cancelling: Asked<'a, bool>,
+    pub is_cancelling: LazyValue<'a, bool>,
 }
 
-impl Standing<'_> {
+impl RankedStanding<'_> {
     /// Whether it has an effect of the library.
     pub(crate) fn is_specific(&self) -> bool {
         self.generic.len() < self.structure.len()
@@ -70,7 +70,7 @@ impl Standing<'_> {
 
 /// The misfit of a structure in each output: Σ (e/σ)², and the number of samples.
 #[derive(Debug, Clone)]
-pub(crate) struct Misfit {
+pub(crate) struct StructureMisfit {
     /// In the training recordings.
     pub trained: Vec<(f64, usize)>,
     /// Factor by which limits are raised for each output, for the uncertainty of noise and mean square.
@@ -95,7 +95,7 @@ pub(crate) enum HeldOutMisfit {
     },
 }
 
-impl Misfit {
+impl StructureMisfit {
     /// Whether the mean square of each output's errors is within these limits, in training and in validation data.
     pub(crate) fn is_at_most(&self, training: f64, held_out: f64) -> bool {
         self.is_at_most_in_training(training)
@@ -143,7 +143,7 @@ impl Misfit {
 
 impl<'a> Ranking<'a> {
     /// A structure, if it was fitted.
-    pub(crate) fn get(&self, structure: StructureId) -> Option<&Standing<'a>> {
+    pub(crate) fn get(&self, structure: StructureId) -> Option<&RankedStanding<'a>> {
         self.standings.iter().find(|standing| standing.structure == structure)
     }
 }

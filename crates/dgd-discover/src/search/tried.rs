@@ -3,39 +3,39 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::ops::Range;
 
-use dgd_compiler::effects::Brought;
+use dgd_compiler::effects::AddedItems;
 use dgd_runtime::System;
 
-use super::evidence::Weighed;
+use super::evidence::WeighedEvidence;
 use super::screen::Screen;
 use super::thresholds::Thresholds;
-use crate::fit::{Data, Fitted, NoFit};
-use crate::library::{BaseModel, Candidate, StructureId, Values};
+use crate::fit::{FittedStructure, NoFit, SearchData};
+use crate::library::{BaseModel, CarriedValues, EffectCandidate, StructureId};
 
 /// A search and its results so far.
-pub(crate) struct Search<'a> {
+pub(crate) struct EffectSearch<'a> {
     pub base: &'a BaseModel,
-    pub candidates: &'a [Candidate<'a>],
-    pub data: Data<'a>,
+    pub candidates: &'a [EffectCandidate<'a>],
+    pub data: SearchData<'a>,
     pub threads: usize,
     /// The thresholds for verdicts.
     pub thresholds: Thresholds,
-    pub tried: BTreeMap<StructureId, Result<Fitted, NoFit>>,
+    pub tried: BTreeMap<StructureId, Result<FittedStructure, NoFit>>,
     /// Candidates that the search may use.
-    pub open: Open,
+    pub open: OpenCandidates,
     /// Templates that are to first order equivalent to a library effect, or to another form at their place, with that
     /// effect.
     pub doubled: BTreeMap<usize, usize>,
     /// Screens, by the candidates and the structure.
-    pub screens: BTreeMap<(Open, StructureId), Screen>,
+    pub screens: BTreeMap<(OpenCandidates, StructureId), Screen>,
     /// Seed of resampling.
     pub seed: u64,
     /// Structures that their evidence contradicts, with the reasons.
     pub doubted: BTreeMap<StructureId, String>,
     /// Evidence for each effect of a structure.
-    pub evidence: BTreeMap<StructureId, Vec<Weighed>>,
+    pub evidence: BTreeMap<StructureId, Vec<WeighedEvidence>>,
     /// Screens of the base model without refinement, by the candidates.
-    pub base_screens: BTreeMap<Open, Screen>,
+    pub base_screens: BTreeMap<OpenCandidates, Screen>,
     /// Whether candidates explain errors of the base model that could also be correlated noise.
     pub has_effects: bool,
     /// Parts of structures that were fitted from the end point of the whole, with the whole.
@@ -48,7 +48,7 @@ pub(crate) struct Search<'a> {
 
 /// The candidates that a search may use.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-pub(crate) enum Open {
+pub(crate) enum OpenCandidates {
     /// Those of the library.
     Library,
     /// Templates.
@@ -57,27 +57,27 @@ pub(crate) enum Open {
     All,
 }
 
-impl Open {
+impl OpenCandidates {
     /// The sets that are screened separately.
-    pub(crate) fn parts(self) -> &'static [Open] {
+    pub(crate) fn parts(self) -> &'static [OpenCandidates] {
         match self {
-            Open::Library => &[Open::Library],
-            Open::Templates => &[Open::Templates],
-            Open::All => &[Open::Library, Open::Templates],
+            OpenCandidates::Library => &[OpenCandidates::Library],
+            OpenCandidates::Templates => &[OpenCandidates::Templates],
+            OpenCandidates::All => &[OpenCandidates::Library, OpenCandidates::Templates],
         }
     }
 }
 
-impl<'a> Search<'a> {
+impl<'a> EffectSearch<'a> {
     /// A search without results.
     pub(crate) fn new(
         base: &'a BaseModel,
-        candidates: &'a [Candidate<'a>],
-        data: Data<'a>,
+        candidates: &'a [EffectCandidate<'a>],
+        data: SearchData<'a>,
         threads: usize,
         seed: u64,
     ) -> Self {
-        Search {
+        EffectSearch {
             base,
             candidates,
             data,
@@ -85,7 +85,7 @@ impl<'a> Search<'a> {
             seed,
             thresholds: Thresholds::default(),
             tried: BTreeMap::new(),
-            open: Open::Library,
+            open: OpenCandidates::Library,
             doubled: BTreeMap::new(),
             doubted: BTreeMap::new(),
             evidence: BTreeMap::new(),
@@ -99,24 +99,24 @@ impl<'a> Search<'a> {
     }
 }
 
-impl Search<'_> {
+impl EffectSearch<'_> {
     /// The fit of a structure, if it succeeded.
-    pub(crate) fn fitted(&self, structure: StructureId) -> Option<&Fitted> {
+    pub(crate) fn fitted(&self, structure: StructureId) -> Option<&FittedStructure> {
         self.tried.get(&structure)?.as_ref().ok()
     }
 
     /// Parameters and start values of a structure.
-    pub(crate) fn values(&self, structure: StructureId) -> Values {
+    pub(crate) fn values(&self, structure: StructureId) -> CarriedValues {
         self.fitted(structure).map(|fitted| fitted.values.clone()).unwrap_or_default()
     }
 
     /// Positions of candidates.
-    pub(crate) fn range(&self, of: Open) -> Range<usize> {
+    pub(crate) fn range(&self, of: OpenCandidates) -> Range<usize> {
         let first = self.candidates.partition_point(|candidate| !candidate.is_generic);
         match of {
-            Open::Library => 0..first,
-            Open::Templates => first..self.candidates.len(),
-            Open::All => 0..self.candidates.len(),
+            OpenCandidates::Library => 0..first,
+            OpenCandidates::Templates => first..self.candidates.len(),
+            OpenCandidates::All => 0..self.candidates.len(),
         }
     }
 
@@ -203,7 +203,12 @@ impl Search<'_> {
 
     /// Parameters of an effect that stay at their null while another one acts, such as the lower limit of an input that
     /// reaches only the upper one.
-    fn idle<'b>(&self, effect: usize, brought: &'b Brought, fitted: &Fitted) -> Vec<&'b String> {
+    fn idle<'b>(
+        &self,
+        effect: usize,
+        brought: &'b AddedItems,
+        fitted: &FittedStructure,
+    ) -> Vec<&'b String> {
         let declared = &fitted.structure.system.signature().parameters;
         let rests = |name: &str| {
             let brought_name = brought.names.iter().find(|(_, known)| known == name);

@@ -3,7 +3,7 @@
 //! Structures are ranked by the Bayesian information criterion; one is named only if it leaves only the sensors' noise,
 //! on validation recordings too, or almost none of the discrepancy.
 
-use super::ranking::{HeldOutMisfit, Question, Ranking, Standing};
+use super::ranking::{HeldOutMisfit, RankedStanding, Ranking, VerdictQuestion};
 use super::thresholds::Thresholds;
 use crate::library::StructureId;
 
@@ -35,21 +35,21 @@ impl Verdict {
     }
 
     /// The verdict on a ranking, with its structure.
-    pub(crate) fn of(ranking: &Ranking<'_>, thresholds: &Thresholds) -> Outcome {
+    pub(crate) fn decide(ranking: &Ranking<'_>, thresholds: &Thresholds) -> JudgedOutcome {
         let judge = Judge::new(ranking, thresholds);
         let outcome = match ranking.question {
-            Question::IsSufficient => judge.sufficient(),
-            Question::WhatExplains => judge.simplest(),
-            Question::IsNearlyAll(structure) => judge.nearly_all(structure),
-            Question::WhatIsMost => judge.most(),
+            VerdictQuestion::IsSufficient => judge.sufficient(),
+            VerdictQuestion::WhatExplains => judge.simplest(),
+            VerdictQuestion::IsNearlyAll(structure) => judge.nearly_all(structure),
+            VerdictQuestion::WhatIsMost => judge.most(),
         };
-        outcome.unwrap_or(Outcome::Unexplained)
+        outcome.unwrap_or(JudgedOutcome::Unexplained)
     }
 }
 
 /// A verdict with its structure.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum Outcome {
+pub(crate) enum JudgedOutcome {
     /// The base model explains the data.
     Sufficient,
     /// A structure with effects explains the data.
@@ -62,28 +62,30 @@ pub(crate) enum Outcome {
     Unexplained,
 }
 
-impl Outcome {
+impl JudgedOutcome {
     /// The verdict. Templates that leave more than noise explain nothing.
     pub(crate) fn verdict(self) -> Verdict {
         match self {
-            Outcome::Sufficient => Verdict::Sufficient,
-            Outcome::Effects(_) | Outcome::NearlyAll(_) => Verdict::Effects,
-            Outcome::Most(_) | Outcome::Unexplained => Verdict::Unexplained,
+            JudgedOutcome::Sufficient => Verdict::Sufficient,
+            JudgedOutcome::Effects(_) | JudgedOutcome::NearlyAll(_) => Verdict::Effects,
+            JudgedOutcome::Most(_) | JudgedOutcome::Unexplained => Verdict::Unexplained,
         }
     }
 
     /// The structure whose effects are named.
     pub(crate) fn structure(self) -> StructureId {
         match self {
-            Outcome::Sufficient | Outcome::Most(_) | Outcome::Unexplained => StructureId::BASE,
-            Outcome::Effects(structure) | Outcome::NearlyAll(structure) => structure,
+            JudgedOutcome::Sufficient | JudgedOutcome::Most(_) | JudgedOutcome::Unexplained => {
+                StructureId::BASE
+            }
+            JudgedOutcome::Effects(structure) | JudgedOutcome::NearlyAll(structure) => structure,
         }
     }
 
     /// The structure that describes the recordings, if it is not named.
     pub(crate) fn described(self) -> Option<StructureId> {
         match self {
-            Outcome::Most(structure) => Some(structure),
+            JudgedOutcome::Most(structure) => Some(structure),
             _ => None,
         }
     }
@@ -102,15 +104,15 @@ impl<'a, 'r> Judge<'a, 'r> {
     }
 
     /// The base model, if it leaves only noise and predicts validation recordings.
-    fn sufficient(self) -> Option<Outcome> {
+    fn sufficient(self) -> Option<JudgedOutcome> {
         let base = self.ranking.get(StructureId::BASE)?;
         let limit = self.thresholds.nearly_explained_held_out;
         (*base.is_noise && base.misfit.is_at_most(f64::INFINITY, limit))
-            .then_some(Outcome::Sufficient)
+            .then_some(JudgedOutcome::Sufficient)
     }
 
     /// The simplest structure that explains the data, unless one with more effects is worth them.
-    fn simplest(self) -> Option<Outcome> {
+    fn simplest(self) -> Option<JudgedOutcome> {
         let Thresholds { explained, nearly_explained_held_out, least_gain, .. } = *self.thresholds;
         let ranked = &self.ranking.standings;
         let first = ranked
@@ -128,19 +130,19 @@ impl<'a, 'r> Judge<'a, 'r> {
             .min_by(|a, b| likelihood(a).total_cmp(&likelihood(b)))?;
         // A simpler structure is preferred even if it predicts slightly worse: the difference may be due to its
         // estimates, and a name that only noise suggests is worse than none.
-        let nearly = |standing: &&Standing<'_>| {
+        let nearly = |standing: &&RankedStanding<'_>| {
             standing.misfit.is_at_most(explained, nearly_explained_held_out)
                 && self.may_be_named(standing)
         };
         // Of two forms of a template at one place, the one with more parameters must also be worth them.
-        let is_simpler = |simpler: &Standing<'_>, best: &Standing<'_>| {
+        let is_simpler = |simpler: &RankedStanding<'_>, best: &RankedStanding<'_>| {
             let is_form = !best.is_specific() && simpler.names == best.names;
             simpler.structure.len() < best.structure.len()
                 || (is_form
                     && simpler.structure.len() == best.structure.len()
                     && simpler.numbers < best.numbers)
         };
-        let is_worth = |best: &Standing<'_>, simpler: &Standing<'_>| {
+        let is_worth = |best: &RankedStanding<'_>, simpler: &RankedStanding<'_>| {
             if simpler.structure.len() < best.structure.len() {
                 return self.is_worth(best, simpler);
             }
@@ -157,7 +159,7 @@ impl<'a, 'r> Judge<'a, 'r> {
         // Of two equivalent templates the plainer one is used, and of the same one at two places the first place,
         // regardless of rounding.
         let even = self.thresholds.even;
-        let order = |standing: &Standing<'_>| Some((standing.template?, standing.structure));
+        let order = |standing: &RankedStanding<'_>| Some((standing.template?, standing.structure));
         let plainer = ranked.iter().filter(nearly).filter(|other| {
             self.explains(other)
                 && order(other).is_some_and(|other| order(best).is_some_and(|own| other < own))
@@ -170,29 +172,29 @@ impl<'a, 'r> Judge<'a, 'r> {
             base.is_doubted && self.explains(base) && !self.is_worth(best, base)
         });
         match best.structure {
-            StructureId::BASE => Some(Outcome::Sufficient),
+            StructureId::BASE => Some(JudgedOutcome::Sufficient),
             _ if is_idle => None,
-            structure => Some(Outcome::Effects(structure)),
+            structure => Some(JudgedOutcome::Effects(structure)),
         }
     }
 
     /// A structure of effects that explains nearly all of the discrepancy, with no dispensable effect and no comparable
     /// rival. It leaves more than noise: no model captures all of a plant.
-    fn nearly_all(self, structure: StructureId) -> Option<Outcome> {
+    fn nearly_all(self, structure: StructureId) -> Option<JudgedOutcome> {
         let is_essential = |effect| self.is_essential(effect, structure);
         (self.takes_nearly_all(structure)
             && structure.effects().all(is_essential)
             && self.is_unrivalled(structure))
-        .then_some(Outcome::NearlyAll(structure))
+        .then_some(JudgedOutcome::NearlyAll(structure))
     }
 
     /// The best structure of only templates that explains most of the discrepancy, in validation recordings too, but
     /// leaves more than noise: it describes the recordings.
-    fn most(self) -> Option<Outcome> {
+    fn most(self) -> Option<JudgedOutcome> {
         let Thresholds { mostly, .. } = *self.thresholds;
         let ranked = &self.ranking.standings;
         let [all_trained, all_held_out] = (*self.ranking.discrepancy)?;
-        let looks_like = |standing: &&Standing<'_>| {
+        let looks_like = |standing: &&RankedStanding<'_>| {
             !standing.structure.is_base()
                 && !standing.is_specific()
                 && is_believable(standing)
@@ -201,25 +203,25 @@ impl<'a, 'r> Judge<'a, 'r> {
                 })
         };
         let best = ranked.iter().find(looks_like)?;
-        Some(Outcome::Most(best.structure))
+        Some(JudgedOutcome::Most(best.structure))
     }
 
     /// Whether effects may be named. Neither of two templates may serve only the remainder: a second template elsewhere
     /// usually absorbs what the wrong form at one place leaves.
-    fn may_be_named(self, standing: &Standing<'_>) -> bool {
+    fn may_be_named(self, standing: &RankedStanding<'_>) -> bool {
         let is_one = standing.structure.len() < 2 || standing.is_specific();
         let is_needed = |effect: &usize| self.is_essential(*effect, standing.structure);
         is_believable(standing) && (is_one || standing.generic.iter().all(is_needed))
     }
 
     /// Whether a structure's residuals are so small that nothing else need be missing.
-    fn explains(self, standing: &Standing<'_>) -> bool {
+    fn explains(self, standing: &RankedStanding<'_>) -> bool {
         let Thresholds { explained, explained_held_out, .. } = *self.thresholds;
         standing.misfit.is_at_most(explained, explained_held_out)
     }
 
     /// Whether the additional effects of one structure over another are worth including.
-    fn is_worth(self, longer: &Standing<'_>, shorter: &Standing<'_>) -> bool {
+    fn is_worth(self, longer: &RankedStanding<'_>, shorter: &RankedStanding<'_>) -> bool {
         let Thresholds { worth_its_place, least_gain, .. } = *self.thresholds;
         let excess = |(sum, n): (f64, usize)| sum - n as f64;
         let halves = |longer, shorter| excess(longer) < worth_its_place * excess(shorter);
@@ -269,17 +271,17 @@ impl<'a, 'r> Judge<'a, 'r> {
     /// Whether far more is left without an effect of a structure, as far as that was fitted.
     pub(crate) fn is_essential(self, effect: usize, structure: StructureId) -> bool {
         let left = |of: StructureId| self.ranking.get(of)?.misfit.training_square();
-        let without = left(structure.without(effect)).unwrap_or(f64::INFINITY);
+        let without = left(structure.without_candidate(effect)).unwrap_or(f64::INFINITY);
         let is_spare = |left: f64| without < self.thresholds.essential * left;
         left(structure).is_some_and(|left| !is_spare(left))
     }
 
     /// Structures with other names that leave about as little of the training recordings. Supersets of a structure's
     /// own effects do not count.
-    pub(crate) fn rivals(self, structure: StructureId) -> Vec<&'a Standing<'r>> {
+    pub(crate) fn rivals(self, structure: StructureId) -> Vec<&'a RankedStanding<'r>> {
         let Some(own) = self.ranking.get(structure) else { return Vec::new() };
         let Some([trained, _]) = own.misfit.squares() else { return Vec::new() };
-        let is_rival = |other: &&Standing<'_>| {
+        let is_rival = |other: &&RankedStanding<'_>| {
             let left = other.misfit.training_square().unwrap_or(f64::INFINITY);
             left < self.thresholds.unrivalled * trained && !other.names.is_superset(&own.names)
         };
@@ -302,7 +304,7 @@ impl<'a, 'r> Judge<'a, 'r> {
 
 /// The criterion of a structure plus its validation error, as a measure of its likelihood; less is better. It was
 /// fitted to the training recordings only.
-fn likelihood(standing: &Standing<'_>) -> f64 {
+fn likelihood(standing: &RankedStanding<'_>) -> f64 {
     let held_out = match &standing.misfit.held_out {
         HeldOutMisfit::Left { error: (sum, _), .. } => *sum,
         HeldOutMisfit::NoRecording | HeldOutMisfit::NoSimulation => 0.0,
@@ -311,13 +313,13 @@ fn likelihood(standing: &Standing<'_>) -> f64 {
 }
 
 /// Whether the effects of a structure may be named: none is at a bound, cancels another or is doubted.
-fn is_believable(standing: &Standing<'_>) -> bool {
+fn is_believable(standing: &RankedStanding<'_>) -> bool {
     standing.is_sayable && standing.is_sound && !standing.is_doubted && !*standing.is_cancelling
 }
 
 #[cfg(test)]
 mod tests {
-    use super::super::ranking::{Asked, Misfit};
+    use super::super::ranking::{LazyValue, StructureMisfit};
     use super::*;
 
     /// Samples of one output, in training and in validation recordings alike.
@@ -331,10 +333,10 @@ mod tests {
 
     /// A structure with these mean squares relative to the noise in training and in validation recordings. Each effect
     /// has two parameters.
-    fn left(effects: &[usize], training: f64, held_out: f64) -> Standing<'static> {
+    fn left(effects: &[usize], training: f64, held_out: f64) -> RankedStanding<'static> {
         let all = |square: f64| (square * SAMPLES as f64, SAMPLES);
         let specific = effects.iter().filter(|effect| **effect < TEMPLATE);
-        let misfit = Misfit {
+        let misfit = StructureMisfit {
             trained: vec![all(training)],
             slack: Vec::new(),
             held_out: HeldOutMisfit::Left {
@@ -343,7 +345,7 @@ mod tests {
                 slack: Vec::new(),
             },
         };
-        Standing {
+        RankedStanding {
             structure: effects.iter().copied().collect(),
             names: specific.map(|effect| format!("effect {effect}")).collect(),
             generic: effects.iter().copied().filter(|effect| *effect >= TEMPLATE).collect(),
@@ -362,19 +364,22 @@ mod tests {
         }
     }
 
-    fn known<T: 'static>(value: T) -> Asked<'static, T> {
-        Asked::new(Box::new(|| value))
+    fn known<T: 'static>(value: T) -> LazyValue<'static, T> {
+        LazyValue::new(Box::new(|| value))
     }
 
-    fn of(question: Question, mut standings: Vec<Standing<'static>>) -> Outcome {
+    fn decide(
+        question: VerdictQuestion,
+        mut standings: Vec<RankedStanding<'static>>,
+    ) -> JudgedOutcome {
         standings.sort_by(|a, b| a.criterion.total_cmp(&b.criterion));
         let base = standings.iter().find(|standing| standing.structure.is_base());
         let discrepancy = known(base.and_then(|base| base.misfit.squares()));
-        Verdict::of(&Ranking { standings, question, discrepancy }, &Thresholds::default())
+        Verdict::decide(&Ranking { standings, question, discrepancy }, &Thresholds::default())
     }
 
-    fn explaining(standings: Vec<Standing<'static>>) -> Outcome {
-        of(Question::WhatExplains, standings)
+    fn explaining(standings: Vec<RankedStanding<'static>>) -> JudgedOutcome {
+        decide(VerdictQuestion::WhatExplains, standings)
     }
 
     fn one(effect: usize) -> StructureId {
@@ -383,21 +388,30 @@ mod tests {
 
     #[test]
     fn a_model_is_sufficient_where_it_leaves_noise() {
-        assert_eq!(of(Question::IsSufficient, vec![left(&[], 1.0, 1.0)]), Outcome::Sufficient);
-        assert_eq!(of(Question::IsSufficient, vec![left(&[], 1.2, 1.0)]), Outcome::Unexplained);
-        assert_eq!(of(Question::IsSufficient, vec![left(&[], 1.0, 2.3)]), Outcome::Unexplained);
+        assert_eq!(
+            decide(VerdictQuestion::IsSufficient, vec![left(&[], 1.0, 1.0)]),
+            JudgedOutcome::Sufficient
+        );
+        assert_eq!(
+            decide(VerdictQuestion::IsSufficient, vec![left(&[], 1.2, 1.0)]),
+            JudgedOutcome::Unexplained
+        );
+        assert_eq!(
+            decide(VerdictQuestion::IsSufficient, vec![left(&[], 1.0, 2.3)]),
+            JudgedOutcome::Unexplained
+        );
         // An effect that explains little is not worth including.
         let tried = vec![left(&[], 1.08, 1.08), left(&[LEAK], 1.03, 1.06)];
-        assert_eq!(explaining(tried), Outcome::Sufficient);
-        assert_eq!(Outcome::Sufficient.verdict(), Verdict::Sufficient);
+        assert_eq!(explaining(tried), JudgedOutcome::Sufficient);
+        assert_eq!(JudgedOutcome::Sufficient.verdict(), Verdict::Sufficient);
     }
 
     #[test]
     fn an_effect_that_leaves_noise_is_named() {
         let tried = |held_out| vec![left(&[], 5.0, 5.0), left(&[LEAK], 1.0, held_out)];
-        assert_eq!(explaining(tried(1.4)), Outcome::Effects(one(LEAK)));
-        assert_eq!(explaining(tried(1.5)), Outcome::Unexplained);
-        assert_eq!(Outcome::Effects(one(LEAK)).verdict(), Verdict::Effects);
+        assert_eq!(explaining(tried(1.4)), JudgedOutcome::Effects(one(LEAK)));
+        assert_eq!(explaining(tried(1.5)), JudgedOutcome::Unexplained);
+        assert_eq!(JudgedOutcome::Effects(one(LEAK)).verdict(), Verdict::Effects);
     }
 
     #[test]
@@ -406,8 +420,8 @@ mod tests {
         let tried = |alone| {
             vec![left(&[], 5.0, 5.0), left(&[LEAK], alone, 2.2), left(&[LEAK, RAIN], 1.0, 1.0)]
         };
-        assert_eq!(explaining(tried(1.2)), Outcome::Effects(both));
-        assert_eq!(explaining(tried(1.04)), Outcome::Effects(one(LEAK)));
+        assert_eq!(explaining(tried(1.2)), JudgedOutcome::Effects(both));
+        assert_eq!(explaining(tried(1.04)), JudgedOutcome::Effects(one(LEAK)));
     }
 
     #[test]
@@ -418,47 +432,50 @@ mod tests {
             let parts = [left(&[TEMPLATE], alone, alone), left(&[OTHER_TEMPLATE], 5.0, 5.0)];
             explaining([left(&[], 9.0, 9.0), whole].into_iter().chain(parts).collect())
         };
-        assert_eq!(verdict(4.0), Outcome::Effects(both));
-        assert_eq!(verdict(2.0), Outcome::Unexplained);
+        assert_eq!(verdict(4.0), JudgedOutcome::Effects(both));
+        assert_eq!(verdict(2.0), JudgedOutcome::Unexplained);
     }
 
     #[test]
     fn what_cannot_be_believed_is_passed_over() {
-        let with = |change: fn(&mut Standing<'static>)| {
+        let with = |change: fn(&mut RankedStanding<'static>)| {
             let mut best = left(&[RAIN], 1.0, 1.0);
             change(&mut best);
             explaining(vec![left(&[], 5.0, 5.0), left(&[LEAK], 1.05, 1.0), best])
         };
-        assert_eq!(with(|_| {}), Outcome::Effects(one(RAIN)));
-        assert_eq!(with(|best| best.is_sound = false), Outcome::Effects(one(LEAK)));
-        assert_eq!(with(|best| best.is_doubted = true), Outcome::Effects(one(LEAK)));
-        assert_eq!(with(|best| best.is_cancelling = known(true)), Outcome::Effects(one(LEAK)));
+        assert_eq!(with(|_| {}), JudgedOutcome::Effects(one(RAIN)));
+        assert_eq!(with(|best| best.is_sound = false), JudgedOutcome::Effects(one(LEAK)));
+        assert_eq!(with(|best| best.is_doubted = true), JudgedOutcome::Effects(one(LEAK)));
+        assert_eq!(
+            with(|best| best.is_cancelling = known(true)),
+            JudgedOutcome::Effects(one(LEAK))
+        );
     }
 
     #[test]
     fn a_base_model_that_is_doubted_needs_an_effect_that_is_worth_its_place() {
         let tried = |with_it| {
-            let doubted = Standing { is_doubted: true, ..left(&[], 1.08, 1.08) };
+            let doubted = RankedStanding { is_doubted: true, ..left(&[], 1.08, 1.08) };
             explaining(vec![doubted, left(&[LEAK], with_it, 1.03)])
         };
-        assert_eq!(tried(1.06), Outcome::Unexplained);
-        assert_eq!(tried(1.01), Outcome::Effects(one(LEAK)));
+        assert_eq!(tried(1.06), JudgedOutcome::Unexplained);
+        assert_eq!(tried(1.01), JudgedOutcome::Effects(one(LEAK)));
     }
 
     #[test]
     fn an_effect_that_leaves_next_to_nothing_is_named_without_a_rival() {
-        let question = Question::IsNearlyAll(one(LEAK));
-        let verdict = |held_out, others: Vec<Standing<'static>>| {
+        let question = VerdictQuestion::IsNearlyAll(one(LEAK));
+        let verdict = |held_out, others: Vec<RankedStanding<'static>>| {
             let own = vec![left(&[], 400.0, 400.0), left(&[LEAK], 4.0, held_out)];
-            of(question, own.into_iter().chain(others).collect())
+            decide(question, own.into_iter().chain(others).collect())
         };
-        assert_eq!(verdict(30.0, vec![]), Outcome::NearlyAll(one(LEAK)));
-        assert_eq!(verdict(50.0, vec![]), Outcome::Unexplained);
-        assert_eq!(verdict(30.0, vec![left(&[RAIN], 5.0, 30.0)]), Outcome::Unexplained);
+        assert_eq!(verdict(30.0, vec![]), JudgedOutcome::NearlyAll(one(LEAK)));
+        assert_eq!(verdict(50.0, vec![]), JudgedOutcome::Unexplained);
+        assert_eq!(verdict(30.0, vec![left(&[RAIN], 5.0, 30.0)]), JudgedOutcome::Unexplained);
         // A rival that predicts far worse does not count, nor does a superset of the effect.
         let fine = vec![left(&[RAIN], 5.0, 50.0), left(&[LEAK, RAIN], 3.0, 30.0)];
-        assert_eq!(verdict(30.0, fine), Outcome::NearlyAll(one(LEAK)));
-        assert_eq!(Outcome::NearlyAll(one(LEAK)).verdict(), Verdict::Effects);
+        assert_eq!(verdict(30.0, fine), JudgedOutcome::NearlyAll(one(LEAK)));
+        assert_eq!(JudgedOutcome::NearlyAll(one(LEAK)).verdict(), Verdict::Effects);
     }
 
     #[test]
@@ -471,42 +488,42 @@ mod tests {
                 left(&[RAIN], 300.0, 300.0),
                 left(&[LEAK, RAIN], 4.0, 4.0),
             ];
-            of(Question::IsNearlyAll(both), tried)
+            decide(VerdictQuestion::IsNearlyAll(both), tried)
         };
-        assert_eq!(verdict(13.0), Outcome::NearlyAll(both));
-        assert_eq!(verdict(11.0), Outcome::Unexplained);
+        assert_eq!(verdict(13.0), JudgedOutcome::NearlyAll(both));
+        assert_eq!(verdict(11.0), JudgedOutcome::Unexplained);
     }
 
     #[test]
     fn templates_that_take_most_away_are_described() {
         let verdict = |best: f64, effect| {
             let tried = vec![left(&[], 100.0, 100.0), left(&[effect], best, best)];
-            of(Question::WhatIsMost, tried)
+            decide(VerdictQuestion::WhatIsMost, tried)
         };
-        let most = Outcome::Most(one(TEMPLATE));
+        let most = JudgedOutcome::Most(one(TEMPLATE));
         assert_eq!(verdict(30.0, TEMPLATE), most);
-        assert_eq!(verdict(45.0, TEMPLATE), Outcome::Unexplained);
+        assert_eq!(verdict(45.0, TEMPLATE), JudgedOutcome::Unexplained);
         // An effect that the library has is either named or not reported.
-        assert_eq!(verdict(30.0, LEAK), Outcome::Unexplained);
+        assert_eq!(verdict(30.0, LEAK), JudgedOutcome::Unexplained);
         assert_eq!(most.verdict(), Verdict::Unexplained);
         assert_eq!((most.structure(), most.described()), (StructureId::BASE, Some(one(TEMPLATE))));
         // A structure that fits better but predicts worse does not count against it.
         let bent = left(&[OTHER_TEMPLATE], 20.0, 60.0);
         let tried = vec![left(&[], 100.0, 100.0), bent, left(&[TEMPLATE], 30.0, 30.0)];
-        assert_eq!(of(Question::WhatIsMost, tried), most);
+        assert_eq!(decide(VerdictQuestion::WhatIsMost, tried), most);
     }
 
     #[test]
     fn of_two_forms_the_one_with_fewer_numbers_is_named_unless_the_other_is_worth_more() {
         let names: std::collections::BTreeSet<String> = ["at force".to_owned()].into();
         let verdict = |plain: f64| {
-            let plain = Standing { names: names.clone(), ..left(&[TEMPLATE], plain, plain) };
+            let plain = RankedStanding { names: names.clone(), ..left(&[TEMPLATE], plain, plain) };
             let more = left(&[OTHER_TEMPLATE], 1.0, 1.0);
-            let more = Standing { names: names.clone(), numbers: 4, ..more };
+            let more = RankedStanding { names: names.clone(), numbers: 4, ..more };
             explaining(vec![left(&[], 5.0, 5.0), plain, more])
         };
-        assert_eq!(verdict(1.02), Outcome::Effects(one(TEMPLATE)));
-        assert_eq!(verdict(1.09), Outcome::Effects(one(OTHER_TEMPLATE)));
+        assert_eq!(verdict(1.02), JudgedOutcome::Effects(one(TEMPLATE)));
+        assert_eq!(verdict(1.09), JudgedOutcome::Effects(one(OTHER_TEMPLATE)));
     }
 
     #[test]
@@ -515,8 +532,8 @@ mod tests {
             let base = left(&[], 5.0, 5.0);
             explaining(vec![base, left(&[TEMPLATE], plain, 1.0), left(&[OTHER_TEMPLATE], 1.0, 1.0)])
         };
-        assert_eq!(verdict(1.001), Outcome::Effects(one(TEMPLATE)));
-        assert_eq!(verdict(1.01), Outcome::Effects(one(OTHER_TEMPLATE)));
+        assert_eq!(verdict(1.001), JudgedOutcome::Effects(one(TEMPLATE)));
+        assert_eq!(verdict(1.01), JudgedOutcome::Effects(one(OTHER_TEMPLATE)));
     }
 
     #[test]
@@ -524,7 +541,8 @@ mod tests {
         let mut best = left(&[LEAK], 1.0, 1.0);
         let trained = best.misfit.trained.clone();
         let slack = Vec::new();
-        best.misfit = known(Misfit { trained, slack, held_out: HeldOutMisfit::NoSimulation });
-        assert_eq!(explaining(vec![left(&[], 5.0, 5.0), best]), Outcome::Unexplained);
+        best.misfit =
+            known(StructureMisfit { trained, slack, held_out: HeldOutMisfit::NoSimulation });
+        assert_eq!(explaining(vec![left(&[], 5.0, 5.0), best]), JudgedOutcome::Unexplained);
     }
 }

@@ -1,26 +1,26 @@
 //! The noise with which a search weights errors: from the readings, then from the residuals of the best structure so
 //! far, white or correlated.
 
-use super::refits::{BEAM, EVALUATIONS, HeldOut};
-use super::screen::Score;
+use super::refits::{BEAM, EVALUATIONS, ValidationUse};
+use super::screen::CandidateScore;
 use super::thresholds::Thresholds;
-use super::tried::{Open, Search};
-use crate::fit::{Data, Fitted, NoFit, StartPoint, chi_square, whitened};
-use crate::library::{Refused, StructureId, Values};
+use super::tried::{EffectSearch, OpenCandidates};
+use crate::fit::{FittedStructure, NoFit, SearchData, StartPoint, chi_square, whitened};
+use crate::library::{CarriedValues, StructureError, StructureId};
 use crate::noise::{coloured_noise, noise_of, steadiness};
 use dgd_screen::noise::SensorNoise;
 
 /// Maximum number of simulations of fits that are repeated with other weights.
 const AGAIN: usize = 10;
 
-impl Search<'_> {
+impl EffectSearch<'_> {
     /// Fits the base model, twice if necessary: its residuals give a better noise estimate.
-    pub(crate) fn fit_base(&mut self, start: &Values) -> Result<(), NoFit> {
-        let refused = |refused: Refused| NoFit(refused.0);
+    pub(crate) fn fit_base(&mut self, start: &CarriedValues) -> Result<(), NoFit> {
+        let refused = |refused: StructureError| NoFit(refused.0);
         let structure = self.base.structure(self.candidates, StructureId::BASE).map_err(refused)?;
         let keeping = self.data.keeping;
         let count = keeping.count("fits of the model as it is", 2);
-        let fitted = Fitted::new(
+        let fitted = FittedStructure::new(
             structure.clone(),
             start,
             &[StartPoint::default()],
@@ -30,7 +30,7 @@ impl Search<'_> {
         count.more(1);
         let Ok(fitted) = fitted else {
             // Places and laws are found along the readings, whatever the simulation does.
-            let mut fitted = Fitted::diverging(structure, &self.data)?;
+            let mut fitted = FittedStructure::diverging(structure, &self.data)?;
             self.data.counts_from = fitted.counts_from(&self.data, EVALUATIONS);
             fitted.hold_out(&self.data, EVALUATIONS);
             self.tried.insert(StructureId::BASE, Ok(fitted));
@@ -39,7 +39,13 @@ impl Search<'_> {
         let changed = self.tighten_noise(&fitted);
         let mut fitted = if changed {
             let from = fitted.values.clone();
-            Fitted::new(structure, &from, &[StartPoint::default()], &self.data, EVALUATIONS)?
+            FittedStructure::new(
+                structure,
+                &from,
+                &[StartPoint::default()],
+                &self.data,
+                EVALUATIONS,
+            )?
         } else {
             fitted
         };
@@ -53,7 +59,7 @@ impl Search<'_> {
 
     /// Adopts the noise of a structure's residuals where it is smaller. Returns whether it changed enough to matter for
     /// weights.
-    pub(crate) fn tighten_noise(&mut self, fitted: &Fitted) -> bool {
+    pub(crate) fn tighten_noise(&mut self, fitted: &FittedStructure) -> bool {
         let shown = noise_of(self.data.train, &fitted.residuals(&self.data));
         let mut changed = false;
         for (noise, shown) in self.data.noise.iter_mut().zip(shown) {
@@ -103,7 +109,7 @@ impl Search<'_> {
         if !all_steady || !self.leaves_noise(&residuals, &noise) {
             return false;
         }
-        let mut data = Data { noise, ..self.data.clone() };
+        let mut data = SearchData { noise, ..self.data.clone() };
         if data.noise != self.data.noise
             && let Some(base) = self.fitted(StructureId::BASE)
         {
@@ -121,8 +127,8 @@ impl Search<'_> {
     }
 
     /// Adopts noise, and the times from which validation recordings count.
-    fn weigh_with(&mut self, data: Data<'_>) {
-        let Data { noise, counts_from, .. } = data;
+    fn weigh_with(&mut self, data: SearchData<'_>) {
+        let SearchData { noise, counts_from, .. } = data;
         let is_reweighed = noise != self.data.noise;
         let is_recounted = counts_from != self.data.counts_from;
         (self.data.noise, self.data.counts_from) = (noise, counts_from);
@@ -170,9 +176,9 @@ impl Search<'_> {
     /// Whether no candidate, including templates, promises to be worth adding to the base model.
     fn nothing_promises(&mut self) -> bool {
         let samples = self.training_error(StructureId::BASE).map_or(1, |(_, n)| n) as f64;
-        let mut scores = self.screened_of(Open::Library, StructureId::BASE);
-        scores.extend(self.screened_of(Open::Templates, StructureId::BASE));
-        let costs = |score: &Score| {
+        let mut scores = self.screened_of(OpenCandidates::Library, StructureId::BASE);
+        scores.extend(self.screened_of(OpenCandidates::Templates, StructureId::BASE));
+        let costs = |score: &CandidateScore| {
             let point = score.points.first().map_or(1, |point| point.values.len());
             self.thresholds.least_gain + point as f64 * samples.ln()
         };
@@ -200,14 +206,14 @@ impl Search<'_> {
             again.push(StructureId::BASE);
         }
         let again = again.iter().map(|one| self.continued(*one)).collect();
-        self.refit(again, AGAIN, HeldOut::Now);
+        self.refit(again, AGAIN, ValidationUse::Now);
     }
 }
 
 /// Whether the noise of the training recordings explains the validation errors. Larger ones pass if the training
 /// recordings leave parameters and start values uncertain enough to explain them. A small effect would not pass: it
 /// adds different errors in each recording.
-fn is_the_same(fitted: &Fitted, data: &Data<'_>, thresholds: &Thresholds) -> bool {
+fn is_the_same(fitted: &FittedStructure, data: &SearchData<'_>, thresholds: &Thresholds) -> bool {
     let Some(residuals) = fitted.held_out_residuals(data) else { return true };
     let sums = chi_square(&residuals, &data.noise);
     if sums.iter().all(|(sum, n)| *sum <= thresholds.explained_held_out * *n as f64) {

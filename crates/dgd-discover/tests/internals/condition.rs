@@ -1,6 +1,6 @@
 //! A condition that coincides with windows is named, and coincidence by chance is not.
 
-use dgd_discover::{Condition, ConditionKind, KnownKind, KnownQuantity, condition};
+use dgd_discover::{ConditionKind, KnownKind, KnownQuantity, WindowCondition, condition};
 use dgd_runtime::Unit;
 
 use crate::support::{Normal, seconds};
@@ -48,7 +48,7 @@ fn windows(holds: impl Fn(usize) -> bool) -> Vec<[f64; 2]> {
     all
 }
 
-fn of_one(windows: Vec<[f64; 2]>, known: &[KnownQuantity]) -> Option<Condition> {
+fn of_one(windows: Vec<[f64; 2]>, known: &[KnownQuantity]) -> Option<WindowCondition> {
     condition(&[seconds(SAMPLES)], &[windows], known)
 }
 

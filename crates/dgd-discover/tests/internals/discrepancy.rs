@@ -1,8 +1,8 @@
 //! Noise is recognised as noise, and discrepancies hidden in it are detected.
 
 use dgd_discover::{
-    CheckKind, Colour, SensorNoise, averaging_lengths, discrepancy_windows, effective_sample_size,
-    white_noise, whiteness,
+    CheckKind, NoiseColour, SensorNoise, averaging_lengths, discrepancy_windows,
+    effective_sample_size, white_noise, whiteness,
 };
 
 use crate::support::{Normal, seconds};
@@ -119,7 +119,8 @@ fn windows_hold_the_misfit_and_nothing_else() {
 fn correlated_noise_has_no_windows_and_hides_none() {
     let times = seconds(6000);
     let (std, memory) = (1.5, 12.0);
-    let noise = SensorNoise { colour: Some(Colour { std, memory }), ..SensorNoise::known(1.0) };
+    let noise =
+        SensorNoise { colour: Some(NoiseColour { std, memory }), ..SensorNoise::known(1.0) };
     let taken_for_white = SensorNoise::known(noise.total());
     let phi = f64::exp(-1.0 / memory);
     let mut without_colour = 0;

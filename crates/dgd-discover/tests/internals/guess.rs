@@ -2,29 +2,30 @@
 
 use dgd_compiler::diagnostics::{Diagnostics, render};
 use dgd_compiler::model::ModelOptions;
-use dgd_compiler::pipeline::{Compiled, Directions, compile_asts, load};
-use dgd_compiler::source::{Source, Sources};
+use dgd_compiler::pipeline::{CompiledStages, SensitivityDirections, compile_asts, load};
+use dgd_compiler::source::{SourceMap, SourceText};
 use dgd_discover::{
-    BaseModel, Discovery, Guess, Request, Scales, Verdict, discover, templates as known_templates,
+    BaseModel, Discovery, DiscoveryOptions, FormulaGuess, OutputScales, Verdict, discover,
+    templates as known_templates,
 };
-use dgd_execute::{Engine, Loaded};
-use dgd_identify::journal::Forgetful;
-use dgd_identify::{Recording, Unwatched};
-use dgd_runtime::{Column, Inputs, Options, Problem, System, observe, simulate};
+use dgd_execute::{Engine, LoadedSystem};
+use dgd_identify::journal::NoJournal;
+use dgd_identify::{NoMonitor, Recording};
+use dgd_runtime::{InputColumn, Inputs, Options, Problem, System, observe, simulate};
 
 use crate::support::{Normal, model_text};
 
 /// A compiled model, or its errors.
-fn compiled(text: &str, sources: &mut Sources) -> Result<Compiled, String> {
+fn compiled(text: &str, sources: &mut SourceMap) -> Result<CompiledStages, String> {
     let mut diagnostics = Diagnostics::default();
-    let source = Source { name: "guessed.dgd".to_owned(), text: text.to_owned() };
+    let source = SourceText { name: "guessed.dgd".to_owned(), text: text.to_owned() };
     let mut nothing = |path: &str| Err(format!("{path} is not read here"));
     let asts = load(source, &mut nothing, sources, &mut diagnostics);
     let compiled = asts.and_then(|asts| {
         diagnostics.check()?;
-        compile_asts(asts, &ModelOptions::default(), &Directions::None, &mut diagnostics)
+        compile_asts(asts, &ModelOptions::default(), &SensitivityDirections::None, &mut diagnostics)
     });
-    compiled.map_err(|_| render::render(&diagnostics.sorted(), sources, render::Style::Plain))
+    compiled.map_err(|_| render::render(&diagnostics.sorted(), sources, render::RenderStyle::Plain))
 }
 
 /// Inputs by name in declared units, and readings, at these times.
@@ -35,12 +36,12 @@ struct Samples {
     measured: Vec<Vec<f64>>,
 }
 
-fn inputs(system: &Loaded, times: &[f64], declared: &[Vec<f64>]) -> Inputs {
+fn inputs(system: &LoadedSystem, times: &[f64], declared: &[Vec<f64>]) -> Inputs {
     let in_si: Vec<Vec<f64>> = (system.signature().inputs.iter().zip(declared))
         .map(|(input, values)| values.iter().map(|value| value * input.unit.factor).collect())
         .collect();
-    let columns: Vec<Column<'_>> = (system.signature().inputs.iter().zip(&in_si))
-        .map(|(input, values)| Column {
+    let columns: Vec<InputColumn<'_>> = (system.signature().inputs.iter().zip(&in_si))
+        .map(|(input, values)| InputColumn {
             name: &input.name,
             interpolation: input.interpolation,
             values,
@@ -51,9 +52,9 @@ fn inputs(system: &Loaded, times: &[f64], declared: &[Vec<f64>]) -> Inputs {
 
 /// The discovery from one recording, with another as validation data.
 fn found(text: &str, pair: &[Samples; 2], with_templates: bool) -> Discovery {
-    let mut sources = Sources::default();
+    let mut sources = SourceMap::default();
     let compiled = compiled(text, &mut sources).unwrap_or_else(|error| panic!("{error}"));
-    let system = Loaded::new(compiled.program.clone());
+    let system = LoadedSystem::new(compiled.program.clone());
     let mut diagnostics = Diagnostics::default();
     let mut templates = known_templates(&mut sources, &mut diagnostics).expect("their texts");
     if !with_templates {
@@ -65,14 +66,14 @@ fn found(text: &str, pair: &[Samples; 2], with_templates: bool) -> Discovery {
         free: Vec::new(),
         fix: Vec::new(),
         engine: Engine::Auto,
-        scales: Scales::default(),
+        scales: OutputScales::default(),
     };
     let [train, valid] = pair.each_ref().map(|samples| {
         let measured = samples.measured.iter().cloned().map(Some).collect();
         let inputs = inputs(&system, &samples.times, &samples.inputs);
         [Recording::new(samples.times.clone(), inputs, measured)]
     });
-    let request = Request {
+    let request = DiscoveryOptions {
         base: &base,
         library: &[],
         templates: &templates,
@@ -84,8 +85,8 @@ fn found(text: &str, pair: &[Samples; 2], with_templates: bool) -> Discovery {
         threads: 2,
         seed: 1,
         budget: None,
-        journal: &Forgetful,
-        watch: &Unwatched,
+        journal: &NoJournal,
+        watch: &NoMonitor,
     };
     discover(&request, &mut diagnostics).unwrap_or_else(|error| panic!("{error}"))
 }
@@ -156,7 +157,7 @@ fn tank(seed: u64) -> Samples {
 
 /// The guess at a place.
 #[track_caller]
-fn guess_at<'a>(discovery: &'a Discovery, place: &str) -> &'a Guess {
+fn guess_at<'a>(discovery: &'a Discovery, place: &str) -> &'a FormulaGuess {
     let found = discovery.unexplained.iter().find(|one| one.target == place).expect("the place");
     found.guess.as_ref().unwrap_or_else(|| panic!("a guess in {place}"))
 }
@@ -169,7 +170,7 @@ fn fits_the_equation(text: &str, equation: &str, formula: &str) {
         assert_ne!(changed, text, "the equation is in the model");
         changed
     };
-    let compiles = |text: &str| compiled(text, &mut Sources::default()).map(|_| ());
+    let compiles = |text: &str| compiled(text, &mut SourceMap::default()).map(|_| ());
     assert_eq!(compiles(&with(formula)), Ok(()), "{formula}");
     let other = formula.replace('[', "[s*");
     assert_ne!(other, formula, "its coefficient has a unit");
@@ -197,8 +198,8 @@ fn circulation(equation: &str, more: &str, seed: u64) -> Samples {
     let base = model_text("mud_circulation");
     let text = base.replace(equation, &format!("{equation} {more}"));
     assert_ne!(text, base, "the equation is in the model");
-    let compiled = compiled(&text, &mut Sources::default());
-    let system = Loaded::new(compiled.unwrap_or_else(|error| panic!("{error}")).program);
+    let compiled = compiled(&text, &mut SourceMap::default());
+    let system = LoadedSystem::new(compiled.unwrap_or_else(|error| panic!("{error}")).program);
     let signature = system.signature();
     let n = 1200;
     let random = &mut Normal::new(seed);

@@ -1,10 +1,10 @@
 //! A missing term is found at its place, in the unit of the equation as written.
 
 use dgd_discover::{
-    Colour, Deviations, LinearizeError, MissingTerms, PlaceKind, Recording, SensorNoise,
-    UnknownInput, reconstruct, unknown_input,
+    DeviationError, Deviations, MissingTerms, NoiseColour, PlaceKind, ReconstructedRecording,
+    SensorNoise, UnknownInput, reconstruct, unknown_input,
 };
-use dgd_runtime::{Column, Inputs, Options, Problem, Signature, System, observe, simulate};
+use dgd_runtime::{InputColumn, Inputs, Options, Problem, Signature, System, observe, simulate};
 
 use crate::support::{Normal, model_text, seconds, with_missing_terms};
 
@@ -43,9 +43,9 @@ impl Case {
     /// Inputs with these missing terms; including all places if `missing` is not empty.
     fn recorded(&self, missing: &[Vec<f64>]) -> Inputs {
         let declared = self.signature().inputs.iter();
-        let columns: Vec<Column<'_>> = declared
+        let columns: Vec<InputColumn<'_>> = declared
             .zip(self.inputs.iter().chain(missing))
-            .map(|(input, values)| Column {
+            .map(|(input, values)| InputColumn {
                 name: "input",
                 interpolation: input.interpolation,
                 values,
@@ -70,7 +70,8 @@ impl Case {
 
     fn deviations(&self) -> Deviations {
         let (_, nominal) = self.simulate(&self.nothing_missing());
-        Deviations::along(&self.model, &self.p, &self.recorded(&[]), &nominal).expect("derivatives")
+        Deviations::linearize(&self.model, &self.p, &self.recorded(&[]), &nominal)
+            .expect("derivatives")
     }
 
     /// measured − simulated, where the measurement has these terms and noise.
@@ -218,7 +219,7 @@ fn correlated_noise_is_not_what_is_missing() {
     let case = two_lags(1200);
     let (stds, memory) = ([0.01, 0.02], 12.0);
     let noise = stds.map(|std| {
-        Some(SensorNoise { colour: Some(Colour { std, memory }), ..SensorNoise::known(std) })
+        Some(SensorNoise { colour: Some(NoiseColour { std, memory }), ..SensorNoise::known(std) })
     });
     let deviations = case.deviations();
     let place = case.place(PlaceKind::Equation, "first");
@@ -397,8 +398,8 @@ fn one_sample_is_no_trajectory() {
     nominal.times.truncate(1);
     nominal.y.truncate(nominal.n);
     case.times.truncate(2);
-    let found = Deviations::along(&case.model, &case.p, &case.recorded(&[]), &nominal);
-    assert_eq!(found.err(), Some(LinearizeError::TooShort));
+    let found = Deviations::linearize(&case.model, &case.p, &case.recorded(&[]), &nominal);
+    assert_eq!(found.err(), Some(DeviationError::TooShort));
 }
 
 #[test]
@@ -431,7 +432,7 @@ output h [m]
 
     let first = unknown_input(&case.deviations(), place, &residuals, &white(&noise)).expect("seen");
     let inputs = case.recorded(&[]);
-    let recording = Recording {
+    let recording = ReconstructedRecording {
         p: &case.p,
         inputs: &inputs,
         start: &[],

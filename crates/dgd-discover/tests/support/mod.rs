@@ -8,7 +8,7 @@ mod normal;
 use dgd_compiler::diagnostics::{Diagnostics, render};
 use dgd_compiler::model::{Model, ModelOptions, resolve};
 use dgd_compiler::pipeline::load;
-use dgd_compiler::source::{Source, Sources, Span};
+use dgd_compiler::source::{SourceMap, SourceText, Span};
 use dgd_compiler::syntax::ast::Name;
 use dgd_discover::MissingTerms;
 use dgd_execute::Engine;
@@ -23,19 +23,22 @@ pub(crate) fn seconds(n: usize) -> Vec<f64> {
 /// A model from its text, with unknown inputs.
 pub(crate) fn with_missing_terms(text: &str, variants: &[(&str, &str)]) -> MissingTerms {
     let mut diagnostics = Diagnostics::default();
-    let mut sources = Sources::default();
+    let mut sources = SourceMap::default();
     let model = resolved(text, variants, &mut sources, &mut diagnostics);
     model
         .and_then(|model| MissingTerms::new(&model, Engine::Auto, &mut diagnostics).ok())
         .unwrap_or_else(|| {
-            panic!("{}", render::render(&diagnostics.sorted(), &sources, render::Style::Plain))
+            panic!(
+                "{}",
+                render::render(&diagnostics.sorted(), &sources, render::RenderStyle::Plain)
+            )
         })
 }
 
 fn resolved(
     text: &str,
     variants: &[(&str, &str)],
-    sources: &mut Sources,
+    sources: &mut SourceMap,
     diagnostics: &mut Diagnostics,
 ) -> Option<Model> {
     let name = |text: &str| Name { text: text.to_owned(), span: Span::default() };
@@ -43,7 +46,7 @@ fn resolved(
         variants: variants.iter().map(|(v, c)| (name(v), name(c))).collect(),
         ..ModelOptions::default()
     };
-    let main = Source { name: "test.dgd".to_owned(), text: text.to_owned() };
+    let main = SourceText { name: "test.dgd".to_owned(), text: text.to_owned() };
     let mut read = |path: &str| Err(format!("`{path}` is not needed"));
     let asts = load(main, &mut read, sources, diagnostics).ok()?;
     resolve(&asts, &options, diagnostics).ok()

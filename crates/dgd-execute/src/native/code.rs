@@ -1,6 +1,6 @@
 //! Native code, and the only place from which it is called.
 //!
-//! A call is sound because the code reads and writes only within the lengths of its [`Plan`], which are checked against
+//! A call is sound because the code reads and writes only within the lengths of its [`NativePlan`], which are checked against
 //! those of the slices before each call; it retains no addresses; and it is freed only once it can no longer be called.
 
 #![allow(unsafe_code)]
@@ -10,32 +10,32 @@ use std::sync::{Mutex, PoisonError};
 
 use cranelift_jit::JITModule;
 use dgd_compiler::expr::curve::Curve;
-use dgd_runtime::Point;
+use dgd_runtime::EvaluationPoint;
 
-use super::plan::{ARGUMENTS, MOST_RESULTS, Plan};
+use super::plan::{ARGUMENTS, MOST_RESULTS, NativePlan};
 
 /// Addresses of the arrays of a piece of code.
 #[repr(C)]
-pub(super) struct Frame {
+pub(super) struct ArrayFrame {
     arguments: [*const f64; ARGUMENTS.len()],
     results: [*mut f64; MOST_RESULTS],
     scratch: *mut f64,
 }
 
-impl Frame {
+impl ArrayFrame {
     /// Offset of the address of an argument, in bytes.
     pub(super) fn argument(position: usize) -> i32 {
-        distance(offset_of!(Frame, arguments), position)
+        distance(offset_of!(ArrayFrame, arguments), position)
     }
 
     /// Offset of the address of a result.
     pub(super) fn result(position: usize) -> i32 {
-        distance(offset_of!(Frame, results), position)
+        distance(offset_of!(ArrayFrame, results), position)
     }
 
     /// Offset of the address of the scratch memory.
     pub(super) fn scratch() -> i32 {
-        distance(offset_of!(Frame, scratch), 0)
+        distance(offset_of!(ArrayFrame, scratch), 0)
     }
 }
 
@@ -46,12 +46,12 @@ fn distance(first: usize, position: usize) -> i32 {
 }
 
 /// A piece of native code, called with t and a frame whose arrays have the lengths of the code's plan.
-type Entry = unsafe extern "C" fn(f64, *const Frame);
+type NativeEntry = unsafe extern "C" fn(f64, *const ArrayFrame);
 
 /// Native code of a function.
-pub(crate) struct Code {
+pub(crate) struct NativeCode {
     /// Entry points, called one after the other.
-    entries: Vec<Entry>,
+    entries: Vec<NativeEntry>,
     /// Number of values read from each argument.
     reads: [usize; ARGUMENTS.len()],
     /// Length of each result.
@@ -62,12 +62,12 @@ pub(crate) struct Code {
     memory: Mutex<Option<JITModule>>,
 }
 
-impl Code {
+impl NativeCode {
     /// Code compiled from all pieces of a plan, at these addresses in the module's memory.
-    pub(super) fn new(plan: &Plan<'_>, addresses: &[*const u8], memory: JITModule) -> Self {
-        // SAFETY: `translate` gave each piece the signature of an `Entry` in the convention of C.
-        let entry = |address: &*const u8| unsafe { transmute::<*const u8, Entry>(*address) };
-        Code {
+    pub(super) fn new(plan: &NativePlan<'_>, addresses: &[*const u8], memory: JITModule) -> Self {
+        // SAFETY: `translate` gave each piece the signature of an `NativeEntry` in the convention of C.
+        let entry = |address: &*const u8| unsafe { transmute::<*const u8, NativeEntry>(*address) };
+        NativeCode {
             entries: addresses.iter().map(entry).collect(),
             reads: plan.reads,
             lengths: plan.function.lengths.clone(),
@@ -89,7 +89,7 @@ impl Code {
     #[inline]
     pub(crate) fn call(
         &self,
-        at: Point<'_>,
+        at: EvaluationPoint<'_>,
         udot: &[f64],
         s: &[f64],
         results: &mut [&mut [f64]],
@@ -103,7 +103,7 @@ impl Code {
             enough && exact && scratch.len() >= self.scratch,
             "lengths of arguments and results"
         );
-        let mut frame = Frame {
+        let mut frame = ArrayFrame {
             arguments: arguments.map(<[f64]>::as_ptr),
             results: [std::ptr::null_mut(); MOST_RESULTS],
             scratch: scratch.as_mut_ptr(),
@@ -121,7 +121,7 @@ impl Code {
     }
 }
 
-impl Drop for Code {
+impl Drop for NativeCode {
     fn drop(&mut self) {
         let memory = self.memory.get_mut().unwrap_or_else(PoisonError::into_inner);
         if let Some(module) = memory.take() {

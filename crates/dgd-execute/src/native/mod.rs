@@ -24,14 +24,14 @@ use cranelift_codegen::settings::{self, Configurable};
 use cranelift_frontend::FunctionBuilderContext;
 use cranelift_jit::{JITBuilder, JITModule};
 use cranelift_module::{Module, default_libcall_names};
-use dgd_compiler::program::{Function, FunctionKind, Program};
+use dgd_compiler::program::{FunctionKind, Program, ProgramFunction};
 
-use code::Code;
-use plan::Plan;
+use code::NativeCode;
+use plan::NativePlan;
 
 /// Why there is no native code.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub(crate) enum Refused {
+pub(crate) enum NativeRefusal {
     /// Cranelift does not support the machine.
     Machine(String),
     /// The operations do not form a valid program.
@@ -42,66 +42,67 @@ pub(crate) enum Refused {
     Failed(String),
 }
 
-impl fmt::Display for Refused {
+impl fmt::Display for NativeRefusal {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Refused::Machine(reason) => write!(f, "not for this machine: {reason}"),
-            Refused::Malformed => write!(f, "the program is malformed"),
-            Refused::TooLarge => write!(f, "the model is too large"),
-            Refused::Failed(reason) => write!(f, "{reason}"),
+            NativeRefusal::Machine(reason) => write!(f, "not for this machine: {reason}"),
+            NativeRefusal::Malformed => write!(f, "the program is malformed"),
+            NativeRefusal::TooLarge => write!(f, "the model is too large"),
+            NativeRefusal::Failed(reason) => write!(f, "{reason}"),
         }
     }
 }
 
 /// Native code of a program's functions, each compiled on demand.
-pub(crate) struct Native {
+pub(crate) struct NativeFunctions {
     /// The target machine.
-    machine: fn() -> Result<isa::Builder, Refused>,
-    isa: OnceLock<Result<OwnedTargetIsa, Refused>>,
+    machine: fn() -> Result<isa::Builder, NativeRefusal>,
+    isa: OnceLock<Result<OwnedTargetIsa, NativeRefusal>>,
     /// One for each function of the program.
-    functions: Vec<Slot>,
+    functions: Vec<FunctionSlot>,
 }
 
 /// A function.
-struct Slot {
+struct FunctionSlot {
     /// Number of calls left before it is compiled.
     calls_left: AtomicU32,
     /// Its code, or the reason why there is none.
-    code: OnceLock<Result<Code, Refused>>,
+    code: OnceLock<Result<NativeCode, NativeRefusal>>,
 }
 
-impl fmt::Debug for Native {
+impl fmt::Debug for NativeFunctions {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let compiled = |slot: &&Slot| matches!(slot.code.get(), Some(Ok(_)));
+        let compiled = |slot: &&FunctionSlot| matches!(slot.code.get(), Some(Ok(_)));
         let count = self.functions.iter().filter(compiled).count();
         f.debug_struct("Native").field("compiled", &count).finish_non_exhaustive()
     }
 }
 
-impl Native {
+impl NativeFunctions {
     /// Native code for this machine; a function is compiled after `calls_before` calls.
-    pub(crate) fn for_host(program: &Program, calls_before: fn(&Function) -> u32) -> Self {
-        let host =
-            || cranelift_native::builder().map_err(|reason| Refused::Machine(reason.to_owned()));
+    pub(crate) fn for_host(program: &Program, calls_before: fn(&ProgramFunction) -> u32) -> Self {
+        let host = || {
+            cranelift_native::builder().map_err(|reason| NativeRefusal::Machine(reason.to_owned()))
+        };
         Self::new(program, host, calls_before)
     }
 
     fn new(
         program: &Program,
-        machine: fn() -> Result<isa::Builder, Refused>,
-        calls_before: fn(&Function) -> u32,
+        machine: fn() -> Result<isa::Builder, NativeRefusal>,
+        calls_before: fn(&ProgramFunction) -> u32,
     ) -> Self {
-        let slot = |function| Slot {
+        let slot = |function| FunctionSlot {
             calls_left: AtomicU32::new(calls_before(function)),
             code: OnceLock::new(),
         };
         let functions = program.functions.iter().map(slot).collect();
-        Native { machine, isa: OnceLock::new(), functions }
+        NativeFunctions { machine, isa: OnceLock::new(), functions }
     }
 
     /// The code of a function if it exists or if this call compiles it.
     #[inline]
-    pub(crate) fn called(&self, program: &Program, kind: FunctionKind) -> Option<&Code> {
+    pub(crate) fn called(&self, program: &Program, kind: FunctionKind) -> Option<&NativeCode> {
         match self.functions[kind as usize].code.get() {
             Some(code) => code.as_ref().ok(),
             None => self.count(program, kind),
@@ -109,7 +110,7 @@ impl Native {
     }
 
     #[cold]
-    fn count(&self, program: &Program, kind: FunctionKind) -> Option<&Code> {
+    fn count(&self, program: &Program, kind: FunctionKind) -> Option<&NativeCode> {
         let left = &self.functions[kind as usize].calls_left;
         // Threads that count at the same time delay the compilation slightly.
         match left.load(Ordering::Relaxed).checked_sub(1) {
@@ -122,16 +123,20 @@ impl Native {
     }
 
     /// The code of a function, compiled if necessary.
-    pub(crate) fn code(&self, program: &Program, kind: FunctionKind) -> Result<&Code, &Refused> {
+    pub(crate) fn code(
+        &self,
+        program: &Program,
+        kind: FunctionKind,
+    ) -> Result<&NativeCode, &NativeRefusal> {
         let compile = || self.compile(program.function(kind));
         self.functions[kind as usize].code.get_or_init(compile).as_ref()
     }
 
-    fn compile(&self, function: &Function) -> Result<Code, Refused> {
+    fn compile(&self, function: &ProgramFunction) -> Result<NativeCode, NativeRefusal> {
         let isa =
             self.isa.get_or_init(|| target(&(self.machine)()?)).as_ref().map_err(Clone::clone)?;
-        let plan = Plan::new(function)?;
-        let failed = |error: &dyn fmt::Display| Refused::Failed(error.to_string());
+        let plan = NativePlan::new(function)?;
+        let failed = |error: &dyn fmt::Display| NativeRefusal::Failed(error.to_string());
         let mut module = JITModule::new(JITBuilder::with_isa(isa.clone(), default_libcall_names()));
         let (mut context, mut builder) = (Context::new(), FunctionBuilderContext::new());
         let mut pieces = Vec::with_capacity(plan.pieces.len());
@@ -147,12 +152,12 @@ impl Native {
         module.finalize_definitions().map_err(|error| failed(&error))?;
         let addresses: Vec<*const u8> =
             pieces.into_iter().map(|id| module.get_finalized_function(id)).collect();
-        Ok(Code::new(&plan, &addresses, module))
+        Ok(NativeCode::new(&plan, &addresses, module))
     }
 }
 
 /// The Cranelift target for a machine.
-fn target(machine: &isa::Builder) -> Result<OwnedTargetIsa, Refused> {
+fn target(machine: &isa::Builder) -> Result<OwnedTargetIsa, NativeRefusal> {
     let flags = [
         // The verifier is enabled only in debug builds.
         ("enable_verifier", if cfg!(debug_assertions) { "true" } else { "false" }),
@@ -163,14 +168,14 @@ fn target(machine: &isa::Builder) -> Result<OwnedTargetIsa, Refused> {
         ("unwind_info", "false"),
         ("is_pic", "false"),
     ];
-    let refused = |error: &dyn fmt::Display| Refused::Machine(error.to_string());
+    let refused = |error: &dyn fmt::Display| NativeRefusal::Machine(error.to_string());
     let mut settings = settings::builder();
     for (name, value) in flags {
         settings.set(name, value).map_err(|error| refused(&error))?;
     }
     let isa = machine.finish(settings::Flags::new(settings)).map_err(|error| refused(&error))?;
     if isa.pointer_bits() != 64 {
-        return Err(Refused::Machine("its addresses do not have 64 bits".to_owned()));
+        return Err(NativeRefusal::Machine("its addresses do not have 64 bits".to_owned()));
     }
     Ok(isa)
 }

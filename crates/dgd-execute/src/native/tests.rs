@@ -8,32 +8,34 @@ use std::fmt::Write as _;
 use cranelift_codegen::isa;
 use dgd_compiler::diagnostics::{Diagnostics, render};
 use dgd_compiler::model::ModelOptions;
-use dgd_compiler::pipeline::{Directions, compile};
+use dgd_compiler::pipeline::{SensitivityDirections, compile};
 use dgd_compiler::program::{
-    Argument, FUNCTIONS, Function, FunctionKind, Loop, Operation, Place, Program, Store, ValueId,
+    FUNCTIONS, FunctionArgument, FunctionKind, Loop, LoopStore, Program, ProgramFunction,
+    ProgramOperation, StridedPosition, ValueId,
 };
-use dgd_compiler::source::{Source, Sources};
-use dgd_runtime::Point;
+use dgd_compiler::source::{SourceMap, SourceText};
+use dgd_runtime::EvaluationPoint;
 
 use normal::Noise;
 
-use super::plan::{ARGUMENTS, Plan};
-use super::{Native, Refused};
-use crate::system::Perform;
-use crate::{Engine, Interpreted, Loaded};
+use super::plan::{ARGUMENTS, NativePlan};
+use super::{NativeFunctions, NativeRefusal};
+use crate::system::FunctionExecutor;
+use crate::{Engine, InterpretedSystem, LoadedSystem};
 
 /// Special values of functions.
 const SPECIAL: [f64; 8] =
     [f64::NAN, f64::INFINITY, f64::NEG_INFINITY, 0.0, -0.0, f64::MIN_POSITIVE, 1e-310, -1e300];
 
 fn program(text: &str) -> Program {
-    let (mut sources, mut diagnostics) = (Sources::default(), Diagnostics::default());
-    let main = Source { name: "model.dgd".to_owned(), text: text.to_owned() };
+    let (mut sources, mut diagnostics) = (SourceMap::default(), Diagnostics::default());
+    let main = SourceText { name: "model.dgd".to_owned(), text: text.to_owned() };
     let none = &mut |_: &str| Err("no file".to_owned());
     let options = ModelOptions::default();
-    let compiled = compile(main, &options, &Directions::All, none, &mut sources, &mut diagnostics);
+    let compiled =
+        compile(main, &options, &SensitivityDirections::All, none, &mut sources, &mut diagnostics);
     let Ok(compiled) = compiled else {
-        let shown = render::render(&diagnostics.sorted(), &sources, render::Style::Plain);
+        let shown = render::render(&diagnostics.sorted(), &sources, render::RenderStyle::Plain);
         panic!("{shown}\n{text}")
     };
     compiled.program
@@ -152,12 +154,18 @@ impl At {
     }
 
     /// Bits of all results of a function; all NaNs count as equal.
-    fn bits(&self, performed: &impl Perform, function: &Function) -> Vec<Vec<u64>> {
+    fn bits(&self, performed: &impl FunctionExecutor, function: &ProgramFunction) -> Vec<Vec<u64>> {
         let mut results: Vec<Vec<f64>> =
             function.lengths.iter().map(|length| vec![0.25; *length]).collect();
         let mut slices: Vec<&mut [f64]> = results.iter_mut().map(Vec::as_mut_slice).collect();
         let [y, u, p, z, udot, s] = &self.arrays;
-        performed.perform(function.kind, Point { t: self.t, y, u, p, z }, udot, s, &mut slices);
+        performed.perform(
+            function.kind,
+            EvaluationPoint { t: self.t, y, u, p, z },
+            udot,
+            s,
+            &mut slices,
+        );
         let bits = |x: &f64| if x.is_nan() { f64::NAN.to_bits() } else { x.to_bits() };
         results.iter().map(|result| result.iter().map(bits).collect()).collect()
     }
@@ -165,8 +173,8 @@ impl At {
 
 /// Compares every function at random points and at special values.
 fn compare(program: &Program, noise: &mut Noise) {
-    let interpreted = Interpreted::new(program.clone());
-    let native = Loaded::with_engine(program.clone(), Engine::Native);
+    let interpreted = InterpretedSystem::new(program.clone());
+    let native = LoadedSystem::with_engine(program.clone(), Engine::Native);
     native.compile().expect("native code where tests run");
     for round in 0..20 {
         let mut point = At::random(program, noise);
@@ -202,7 +210,7 @@ fn random_expressions_and_loops_give_the_bits_of_the_interpreter() {
 fn functions_of_several_pieces_give_the_bits_of_the_interpreter() {
     let mut noise = Noise::new(99);
     let program = program(&model(&mut noise, 150));
-    let plan = Plan::new(program.function(FunctionKind::OutputJacobians)).expect("a plan");
+    let plan = NativePlan::new(program.function(FunctionKind::OutputJacobians)).expect("a plan");
     assert!(plan.pieces.len() > 2, "{} pieces", plan.pieces.len());
     assert!(plan.kept.contains(&true), "no piece reads what another has computed");
     let loops = plan.function.loops.len();
@@ -213,7 +221,7 @@ fn functions_of_several_pieces_give_the_bits_of_the_interpreter() {
 #[test]
 fn a_function_is_compiled_when_it_has_been_called_often() {
     let program = program(&model(&mut Noise::new(3), 1));
-    let native = Native::for_host(&program, |_| 2);
+    let native = NativeFunctions::for_host(&program, |_| 2);
     let compiled = |kind| native.called(&program, kind).is_some();
     let calls = [(); 4].map(|()| compiled(FunctionKind::Rhs));
     assert_eq!(calls, [false, false, true, true]);
@@ -225,14 +233,14 @@ fn the_interpreter_takes_over_on_other_machines() {
     let program = program(&model(&mut Noise::new(3), 2));
     let unknown = || {
         isa::lookup_by_name("sparc-unknown-linux-gnu")
-            .map_err(|error| Refused::Machine(error.to_string()))
+            .map_err(|error| NativeRefusal::Machine(error.to_string()))
     };
-    let native = Native::new(&program, unknown, |_| 0);
-    assert!(matches!(native.code(&program, FunctionKind::Rhs), Err(Refused::Machine(_))));
-    let loaded = Loaded::by(program.clone(), native);
+    let native = NativeFunctions::new(&program, unknown, |_| 0);
+    assert!(matches!(native.code(&program, FunctionKind::Rhs), Err(NativeRefusal::Machine(_))));
+    let loaded = LoadedSystem::with_native(program.clone(), native);
     let message = loaded.compile().expect_err("no code").to_string();
     assert!(message.starts_with("there is no native code: not for this machine"), "{message}");
-    let interpreted = Interpreted::new(program.clone());
+    let interpreted = InterpretedSystem::new(program.clone());
     let point = At::random(&program, &mut Noise::new(1));
     for function in &program.functions {
         assert_eq!(point.bits(&loaded.0, function), point.bits(&interpreted.0, function));
@@ -242,7 +250,7 @@ fn the_interpreter_takes_over_on_other_machines() {
 #[test]
 fn asked_for_the_interpreter_there_is_no_native_code() {
     let program = program(&model(&mut Noise::new(3), 1));
-    let loaded = Loaded::with_engine(program, Engine::Interpreter);
+    let loaded = LoadedSystem::with_engine(program, Engine::Interpreter);
     let message = loaded.compile().expect_err("no code").to_string();
     assert_eq!(message, "there is no native code: it was not asked for");
 }
@@ -250,7 +258,7 @@ fn asked_for_the_interpreter_there_is_no_native_code() {
 #[test]
 fn clones_share_code_and_outlive_the_first() {
     let program = program(&model(&mut Noise::new(8), 2));
-    let first = Loaded::with_engine(program.clone(), Engine::Native);
+    let first = LoadedSystem::with_engine(program.clone(), Engine::Native);
     first.compile().expect("native code");
     let point = At::random(&program, &mut Noise::new(4));
     let function = program.function(FunctionKind::SensitivityLinearize);
@@ -273,15 +281,15 @@ fn clones_share_code_and_outlive_the_first() {
 #[should_panic(expected = "lengths of arguments and results")]
 fn short_slices_are_refused_before_the_code_runs() {
     let program = program(&model(&mut Noise::new(3), 1));
-    let loaded = Loaded::with_engine(program.clone(), Engine::Native);
+    let loaded = LoadedSystem::with_engine(program.clone(), Engine::Native);
     let mut point = At::random(&program, &mut Noise::new(1));
     point.arrays[0].pop();
     point.bits(&loaded.0, program.function(FunctionKind::Rhs));
 }
 
 /// A function with one result of one number.
-fn function(body: Vec<Operation>, loops: Vec<Loop>) -> Function {
-    Function {
+fn function(body: Vec<ProgramOperation>, loops: Vec<Loop>) -> ProgramFunction {
+    ProgramFunction {
         kind: FunctionKind::Rhs,
         results: vec![vec![ValueId(body.len() as u32 - 1)]],
         body,
@@ -294,7 +302,9 @@ fn function(body: Vec<Operation>, loops: Vec<Loop>) -> Function {
 
 #[test]
 fn what_is_no_program_is_refused() {
-    use Operation::{Add, Compare, Constant, Counter, Load, LoadRound, LoadSwept, Not, Select};
+    use ProgramOperation::{
+        Add, Compare, Constant, Counter, Load, LoadRound, LoadSwept, Not, Select,
+    };
     use dgd_compiler::expr::graph::Comparison::Less;
     let v = ValueId;
     let one = Constant(1.0);
@@ -308,33 +318,33 @@ fn what_is_no_program_is_refused() {
         vec![one, Compare(Less, v(0), v(0))],
         // Parts of loops outside a loop.
         vec![Counter],
-        vec![LoadSwept(Argument::Y, Place { first: 0, by_round: 0 })],
-        vec![LoadRound(Argument::Y, Place { first: 0, by_round: 0 })],
+        vec![LoadSwept(FunctionArgument::Y, StridedPosition { first: 0, by_round: 0 })],
+        vec![LoadRound(FunctionArgument::Y, StridedPosition { first: 0, by_round: 0 })],
     ];
     for body in bodies {
-        let refused = Plan::new(&function(body.clone(), Vec::new())).err();
-        assert_eq!(refused, Some(Refused::Malformed), "{body:?}");
+        let refused = NativePlan::new(&function(body.clone(), Vec::new())).err();
+        assert_eq!(refused, Some(NativeRefusal::Malformed), "{body:?}");
     }
-    let far = vec![Load(Argument::Y, u32::MAX)];
-    assert_eq!(Plan::new(&function(far, Vec::new())).err(), Some(Refused::TooLarge));
+    let far = vec![Load(FunctionArgument::Y, u32::MAX)];
+    assert_eq!(NativePlan::new(&function(far, Vec::new())).err(), Some(NativeRefusal::TooLarge));
     // A loop that writes beyond its result.
-    let store = Store { result: 0, first: 0, by_round: 0, value: v(1) };
-    let place_at = |by_round| Place { first: 0, by_round };
+    let store = LoopStore { result: 0, first: 0, by_round: 0, value: v(1) };
+    let place_at = |by_round| StridedPosition { first: 0, by_round };
     let part = |rounds, count, place, store| Loop {
         rounds,
         head: Vec::new(),
         count,
-        body: vec![LoadSwept(Argument::Y, place)],
+        body: vec![LoadSwept(FunctionArgument::Y, place)],
         stores: vec![store],
     };
-    let refused = |part| Plan::new(&function(vec![one], vec![part])).err();
-    assert_eq!(refused(part(1, 2, place_at(0), store)), Some(Refused::Malformed));
+    let refused = |part| NativePlan::new(&function(vec![one], vec![part])).err();
+    assert_eq!(refused(part(1, 2, place_at(0), store)), Some(NativeRefusal::Malformed));
     // Rounds that read or write before the first number, or write beyond the last.
     assert_eq!(refused(part(2, 1, place_at(1), store)), None);
-    assert_eq!(refused(part(2, 1, place_at(-1), store)), Some(Refused::Malformed));
+    assert_eq!(refused(part(2, 1, place_at(-1), store)), Some(NativeRefusal::Malformed));
     for by_round in [-1, 1] {
-        let store = Store { by_round, ..store };
-        assert_eq!(refused(part(2, 1, place_at(1), store)), Some(Refused::Malformed));
+        let store = LoopStore { by_round, ..store };
+        assert_eq!(refused(part(2, 1, place_at(1), store)), Some(NativeRefusal::Malformed));
     }
 }
 

@@ -1,6 +1,6 @@
 //! Translates a piece of a function to Cranelift's intermediate representation.
 //!
-//! A piece receives t and the address of a [`Frame`](super::code::Frame) of addresses. Conditions are integers, 0 or 1.
+//! A piece receives t and the address of a [`ArrayFrame`](super::code::Frame) of addresses. Conditions are integers, 0 or 1.
 //! Nothing is fused or reordered: each operation is the same IEEE 754 instruction that the interpreter executes, or a
 //! call of the same function.
 
@@ -15,11 +15,11 @@ use cranelift_codegen::ir::{
 use cranelift_codegen::isa::TargetIsa;
 use cranelift_frontend::{FunctionBuilder, FunctionBuilderContext};
 use dgd_compiler::expr::graph::Comparison;
-use dgd_compiler::expr::intrinsics::{Definition, Instruction, IntrinsicId};
-use dgd_compiler::program::{Argument, Loop, Operation, Place, ValueId};
+use dgd_compiler::expr::intrinsics::{Instruction, IntrinsicDefinition, IntrinsicId};
+use dgd_compiler::program::{FunctionArgument, Loop, ProgramOperation, StridedPosition, ValueId};
 
-use super::code::{Frame, call_curve, call_one, call_two};
-use super::plan::{Kind, Piece, Plan, distance, is_immediate, position};
+use super::code::{ArrayFrame, call_curve, call_one, call_two};
+use super::plan::{CodePiece, NativePlan, ValueKind, distance, is_immediate, position};
 
 /// Addresses and distances; the compiler supports only machines on which they have 64 bits.
 pub(super) const ADDRESS: Type = types::I64;
@@ -36,8 +36,8 @@ pub(super) fn signature(isa: &dyn TargetIsa) -> Signature {
 
 /// Writes a piece into `code`, which so far only has its signature.
 pub(super) fn translate(
-    plan: &Plan<'_>,
-    piece: &Piece,
+    plan: &NativePlan<'_>,
+    piece: &CodePiece,
     code: &mut Code,
     context: &mut FunctionBuilderContext,
     isa: &dyn TargetIsa,
@@ -78,38 +78,38 @@ pub(super) fn translate(
 
 /// An array whose address is in the frame.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-enum Array {
-    Argument(Argument),
+enum FrameArray {
+    Argument(FunctionArgument),
     Result(usize),
     Scratch,
 }
 
 /// A passage of a loop.
 #[derive(Debug, Clone, Copy)]
-struct Passage {
+struct NativePassage {
     /// Byte offset of this passage's number in an array from that of the first.
     offset: Value,
 }
 
 /// Movement of a position in a loop.
 #[derive(Debug, Clone, Copy, Default)]
-struct At {
+struct LoopMovement {
     by_round: i64,
-    passage: Option<Passage>,
+    passage: Option<NativePassage>,
 }
 
 struct Translation<'a, 'b> {
-    plan: &'a Plan<'a>,
+    plan: &'a NativePlan<'a>,
     builder: FunctionBuilder<'b>,
     t: Value,
     frame: Value,
     /// Signatures of functions of one argument and of two.
     calls: [SigRef; 2],
     /// Addresses of arrays, loaded in blocks that dominate every later one.
-    addresses: HashMap<Array, Value>,
+    addresses: HashMap<FrameArray, Value>,
     /// The current round of a loop, and addresses advanced by a constant number of elements in each round.
     round: Option<Value>,
-    moved: HashMap<(Array, i64), Value>,
+    moved: HashMap<(FrameArray, i64), Value>,
     /// Values of the body, loaded in the same way, and in a loop those of the passage.
     values: HashMap<ValueId, Value>,
 }
@@ -127,11 +127,11 @@ impl Translation<'_, '_> {
             }
             for (result, place) in &plan.stores[index] {
                 let value = self.operand(id);
-                self.store(value, Array::Result(*result), *place, At::default());
+                self.store(value, FrameArray::Result(*result), *place, LoopMovement::default());
             }
             if plan.kept[index] {
                 let value = self.operand(id);
-                self.store(value, Array::Scratch, index, At::default());
+                self.store(value, FrameArray::Scratch, index, LoopMovement::default());
             }
         }
     }
@@ -149,15 +149,15 @@ impl Translation<'_, '_> {
             }
         }
         for operation in part.operations() {
-            if let Operation::Load(argument, _)
-            | Operation::LoadSwept(argument, _)
-            | Operation::LoadRound(argument, _) = operation
+            if let ProgramOperation::Load(argument, _)
+            | ProgramOperation::LoadSwept(argument, _)
+            | ProgramOperation::LoadRound(argument, _) = operation
             {
-                self.address(Array::Argument(*argument));
+                self.address(FrameArray::Argument(*argument));
             }
         }
         for store in &part.stores {
-            self.address(Array::Result(store.result));
+            self.address(FrameArray::Result(store.result));
         }
 
         if part.rounds == 1 {
@@ -180,13 +180,14 @@ impl Translation<'_, '_> {
     fn begin_round(&mut self, part: &Loop, r: Value) {
         self.round = Some(r);
         let loads = part.operations().filter_map(|operation| match operation {
-            Operation::LoadSwept(argument, place) | Operation::LoadRound(argument, place) => {
-                Some((Array::Argument(*argument), i64::from(place.by_round)))
+            ProgramOperation::LoadSwept(argument, place)
+            | ProgramOperation::LoadRound(argument, place) => {
+                Some((FrameArray::Argument(*argument), i64::from(place.by_round)))
             }
             _ => None,
         });
         let stores = part.stores.iter();
-        let stores = stores.map(|store| (Array::Result(store.result), store.by_round as i64));
+        let stores = stores.map(|store| (FrameArray::Result(store.result), store.by_round as i64));
         for (array, by_round) in loads.chain(stores) {
             if by_round != 0 && !self.moved.contains_key(&(array, by_round)) {
                 let base = self.address(array);
@@ -210,11 +211,11 @@ impl Translation<'_, '_> {
         }
         let (passage, after) = (self.builder.create_block(), self.builder.create_block());
         let offset = self.enter(passage);
-        self.passage(part, Some(Passage { offset }));
+        self.passage(part, Some(NativePassage { offset }));
         self.again_unless(offset, STRIDE, i64::from(part.count) * STRIDE, passage, after);
     }
 
-    fn passage(&mut self, part: &Loop, now: Option<Passage>) {
+    fn passage(&mut self, part: &Loop, now: Option<NativePassage>) {
         let first = self.plan.function.body.len() + part.head.len();
         for (k, operation) in part.body.iter().enumerate() {
             let value = self.perform(*operation, now);
@@ -222,8 +223,8 @@ impl Translation<'_, '_> {
         }
         for store in &part.stores {
             let value = self.operand(store.value);
-            let movement = At { by_round: store.by_round as i64, passage: now };
-            self.store(value, Array::Result(store.result), store.first, movement);
+            let movement = LoopMovement { by_round: store.by_round as i64, passage: now };
+            self.store(value, FrameArray::Result(store.result), store.first, movement);
         }
     }
 
@@ -245,68 +246,71 @@ impl Translation<'_, '_> {
     }
 
     /// Emits an operation whose operands are available, and returns its value.
-    fn perform(&mut self, operation: Operation, passage: Option<Passage>) -> Value {
+    fn perform(&mut self, operation: ProgramOperation, passage: Option<NativePassage>) -> Value {
         match operation {
-            Operation::Constant(number) => self.builder.ins().f64const(number),
-            Operation::Time => self.t,
-            Operation::Load(argument, index) => {
-                self.load(types::F64, Array::Argument(argument), index as usize, At::default())
+            ProgramOperation::Constant(number) => self.builder.ins().f64const(number),
+            ProgramOperation::Time => self.t,
+            ProgramOperation::Load(argument, index) => self.load(
+                types::F64,
+                FrameArray::Argument(argument),
+                index as usize,
+                LoopMovement::default(),
+            ),
+            ProgramOperation::LoadSwept(argument, StridedPosition { first, by_round }) => {
+                let movement = LoopMovement { by_round: by_round.into(), passage };
+                self.load(types::F64, FrameArray::Argument(argument), first as usize, movement)
             }
-            Operation::LoadSwept(argument, Place { first, by_round }) => {
-                let movement = At { by_round: by_round.into(), passage };
-                self.load(types::F64, Array::Argument(argument), first as usize, movement)
+            ProgramOperation::LoadRound(argument, StridedPosition { first, by_round }) => {
+                let movement = LoopMovement { by_round: by_round.into(), passage: None };
+                self.load(types::F64, FrameArray::Argument(argument), first as usize, movement)
             }
-            Operation::LoadRound(argument, Place { first, by_round }) => {
-                let movement = At { by_round: by_round.into(), passage: None };
-                self.load(types::F64, Array::Argument(argument), first as usize, movement)
-            }
-            Operation::Counter => match passage {
+            ProgramOperation::Counter => match passage {
                 None => self.builder.ins().f64const(0.0),
-                Some(Passage { offset }) => {
+                Some(NativePassage { offset }) => {
                     let shift = i64::from(STRIDE.trailing_zeros());
                     let k = self.builder.ins().ushr_imm_u(offset, shift);
                     self.builder.ins().fcvt_from_sint(types::F64, k)
                 }
             },
-            Operation::Round => match self.round {
+            ProgramOperation::Round => match self.round {
                 None => self.builder.ins().f64const(0.0),
                 Some(r) => self.builder.ins().fcvt_from_sint(types::F64, r),
             },
-            Operation::Negate(a) => {
+            ProgramOperation::Negate(a) => {
                 let a = self.operand(a);
                 self.builder.ins().fneg(a)
             }
-            Operation::Add(a, b) => {
+            ProgramOperation::Add(a, b) => {
                 let (a, b) = (self.operand(a), self.operand(b));
                 self.builder.ins().fadd(a, b)
             }
-            Operation::Subtract(a, b) => {
+            ProgramOperation::Subtract(a, b) => {
                 let (a, b) = (self.operand(a), self.operand(b));
                 self.builder.ins().fsub(a, b)
             }
-            Operation::Multiply(a, b) => {
+            ProgramOperation::Multiply(a, b) => {
                 let (a, b) = (self.operand(a), self.operand(b));
                 self.builder.ins().fmul(a, b)
             }
-            Operation::Divide(a, b) => {
+            ProgramOperation::Divide(a, b) => {
                 let (a, b) = (self.operand(a), self.operand(b));
                 self.builder.ins().fdiv(a, b)
             }
-            Operation::Call1(function, a) => {
+            ProgramOperation::Call1(function, a) => {
                 let a = self.operand(a);
                 self.call_one(function, a)
             }
-            Operation::Call2(function, a, b) => {
+            ProgramOperation::Call2(function, a, b) => {
                 let (a, b) = (self.operand(a), self.operand(b));
                 self.call_two(function, a, b)
             }
-            Operation::Curve(curve, a) => {
+            ProgramOperation::Curve(curve, a) => {
                 let a = self.operand(a);
                 // Curves live as long as the process.
                 let curve = (&raw const curve.get().curve).cast();
                 self.call(0, call_curve as *const (), curve, &[a])
             }
-            Operation::Compare(comparison, a, b) => {
+            ProgramOperation::Compare(comparison, a, b) => {
                 let (a, b) = (self.operand(a), self.operand(b));
                 // False if either is NaN.
                 let holds = match comparison {
@@ -317,19 +321,19 @@ impl Translation<'_, '_> {
                 };
                 self.builder.ins().fcmp(holds, a, b)
             }
-            Operation::And(a, b) => {
+            ProgramOperation::And(a, b) => {
                 let (a, b) = (self.operand(a), self.operand(b));
                 self.builder.ins().band(a, b)
             }
-            Operation::Or(a, b) => {
+            ProgramOperation::Or(a, b) => {
                 let (a, b) = (self.operand(a), self.operand(b));
                 self.builder.ins().bor(a, b)
             }
-            Operation::Not(a) => {
+            ProgramOperation::Not(a) => {
                 let a = self.operand(a);
                 self.builder.ins().bxor_imm_u(a, 1)
             }
-            Operation::Select(c, a, b) => {
+            ProgramOperation::Select(c, a, b) => {
                 let (c, a, b) = (self.operand(c), self.operand(a), self.operand(b));
                 self.builder.ins().select(c, a, b)
             }
@@ -345,14 +349,14 @@ impl Translation<'_, '_> {
         let operation = plan.function.body[id.index()];
         let value = match operation {
             // Processors load it from memory as an operand.
-            Operation::Constant(number) => return self.builder.ins().f64const(number),
+            ProgramOperation::Constant(number) => return self.builder.ins().f64const(number),
             _ if is_immediate(operation) => self.perform(operation, None),
             _ => {
                 let kind = match plan.kinds[id.index()] {
-                    Kind::Number => types::F64,
-                    Kind::Condition => types::I8,
+                    ValueKind::Number => types::F64,
+                    ValueKind::Condition => types::I8,
                 };
-                self.load(kind, Array::Scratch, id.index(), At::default())
+                self.load(kind, FrameArray::Scratch, id.index(), LoopMovement::default())
             }
         };
         self.values.insert(id, value);
@@ -360,7 +364,7 @@ impl Translation<'_, '_> {
     }
 
     fn call_one(&mut self, function: IntrinsicId, a: Value) -> Value {
-        let Definition::One { value, instruction, .. } = function.get().definition else {
+        let IntrinsicDefinition::One { value, instruction, .. } = function.get().definition else {
             unreachable!("a function of one argument, as the plan has checked")
         };
         let builder = &mut self.builder;
@@ -380,7 +384,7 @@ impl Translation<'_, '_> {
     }
 
     fn call_two(&mut self, function: IntrinsicId, a: Value, b: Value) -> Value {
-        let Definition::Two { value, .. } = function.get().definition else {
+        let IntrinsicDefinition::Two { value, .. } = function.get().definition else {
             unreachable!("a function of two arguments, as the plan has checked")
         };
         self.call(1, call_two as *const (), value as *const (), &[a, b])
@@ -401,29 +405,29 @@ impl Translation<'_, '_> {
         self.builder.inst_results(call)[0]
     }
 
-    fn load(&mut self, kind: Type, array: Array, place: usize, at: At) -> Value {
+    fn load(&mut self, kind: Type, array: FrameArray, place: usize, at: LoopMovement) -> Value {
         let (address, distance) = self.place(array, place, at);
         let flags = match array {
-            Array::Argument(_) => MemFlagsData::trusted().with_readonly().with_can_move(),
-            Array::Result(_) | Array::Scratch => MemFlagsData::trusted(),
+            FrameArray::Argument(_) => MemFlagsData::trusted().with_readonly().with_can_move(),
+            FrameArray::Result(_) | FrameArray::Scratch => MemFlagsData::trusted(),
         };
         self.builder.ins().load(kind, flags, address, distance)
     }
 
-    fn store(&mut self, value: Value, array: Array, place: usize, at: At) {
+    fn store(&mut self, value: Value, array: FrameArray, place: usize, at: LoopMovement) {
         let (address, distance) = self.place(array, place, at);
         self.builder.ins().store(MemFlagsData::trusted(), value, address, distance);
     }
 
     /// The location of a number: an address and an offset.
-    fn place(&mut self, array: Array, place: usize, at: At) -> (Value, i32) {
+    fn place(&mut self, array: FrameArray, place: usize, at: LoopMovement) -> (Value, i32) {
         let base = match at.by_round {
             0 => self.address(array),
             by_round => self.moved[&(array, by_round)],
         };
         let address = match at.passage {
             None => base,
-            Some(Passage { offset }) => self.builder.ins().iadd(base, offset),
+            Some(NativePassage { offset }) => self.builder.ins().iadd(base, offset),
         };
         let Some(distance) = distance(place) else {
             unreachable!("a place within reach, as the plan has checked")
@@ -431,14 +435,14 @@ impl Translation<'_, '_> {
         (address, distance)
     }
 
-    fn address(&mut self, array: Array) -> Value {
+    fn address(&mut self, array: FrameArray) -> Value {
         if let Some(address) = self.addresses.get(&array) {
             return *address;
         }
         let base = match array {
-            Array::Argument(argument) => Frame::argument(position(argument)),
-            Array::Result(result) => Frame::result(result),
-            Array::Scratch => Frame::scratch(),
+            FrameArray::Argument(argument) => ArrayFrame::argument(position(argument)),
+            FrameArray::Result(result) => ArrayFrame::result(result),
+            FrameArray::Scratch => ArrayFrame::scratch(),
         };
         let flags = MemFlagsData::trusted().with_readonly().with_can_move();
         let address = self.builder.ins().load(ADDRESS, flags, self.frame, base);

@@ -12,21 +12,21 @@ use dgd_runtime::for_identify::unknown_sizes;
 
 use super::error::FilterError;
 use super::problem::FilterProblem;
-use crate::variables::Variables;
+use crate::variables::FitVariables;
 
 /// The tracked quantities as scaled variables.
 #[derive(Debug, Clone)]
-pub(super) struct Coordinates {
+pub(super) struct FilterCoordinates {
     /// Positions of the states in y.
     pub states: Vec<usize>,
     /// Their sizes.
     pub sizes: Vec<f64>,
     /// For each variable, its position among the model's directions.
     pub directions: Vec<usize>,
-    parameters: Variables,
+    parameters: FitVariables,
 }
 
-impl Coordinates {
+impl FilterCoordinates {
     /// The coordinates of a problem and the initial variables, given y at the start.
     pub(super) fn new(
         problem: &FilterProblem<'_>,
@@ -43,7 +43,7 @@ impl Coordinates {
             .map(|(direction, free)| *free && matches!(direction, Direction::Parameter(_)))
             .collect();
         let (parameters, z) =
-            Variables::new(problem.system, problem.p, &[], &free).map_err(FilterError::Free)?;
+            FitVariables::new(problem.system, problem.p, &[], &free).map_err(FilterError::Free)?;
         let mut directions = Vec::with_capacity(states.len() + z.len());
         for &i in &states {
             let start = Direction::Start(i);

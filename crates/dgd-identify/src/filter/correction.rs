@@ -3,15 +3,15 @@
 use dgd_runtime::Inputs;
 use nalgebra::DMatrix;
 
-use super::estimator::{Filter, Innovated, Innovation, Row};
-use super::interval::Local;
-use super::problem::Estimator;
+use super::estimator::{Innovation, RowInnovations, RunningFilter, TrackedRow};
+use super::interval::LocalModel;
+use super::problem::FilterAlgorithm;
 use super::square_root::correct;
-use super::unscented::Spread;
+use super::unscented::SigmaSpread;
 use crate::error::TrialFailure;
 
 /// Predicted outputs.
-struct Look {
+struct PredictedOutputs {
     /// Outputs.
     w: Vec<f64>,
     /// Root of their covariance without sensor noise, and root of the covariance of the variables with the same
@@ -20,31 +20,33 @@ struct Look {
     of_variables: DMatrix<f64>,
 }
 
-impl Filter<'_> {
+impl RunningFilter<'_> {
     /// Corrects the estimate by the measured values.
     pub(super) fn correct(
         &mut self,
         inputs: &Inputs,
         measured: &[f64],
-    ) -> Result<Row, TrialFailure> {
+    ) -> Result<TrackedRow, TrialFailure> {
         let used: Vec<usize> = (0..measured.len())
             .filter(|i| measured[*i].is_finite() && self.noise[*i].is_some())
             .collect();
-        self.innovated = Innovated::default();
+        self.innovated = RowInnovations::default();
         if used.is_empty() {
             return Ok(self.row(vec![None; measured.len()]));
         }
         let looked = match self.estimator {
-            Estimator::Unscented(spread) => self.look_by_points(spread, inputs),
-            Estimator::ExtendedKalman | Estimator::Recursive { .. } => self.look(inputs),
+            FilterAlgorithm::Unscented(spread) => self.look_by_points(spread, inputs),
+            FilterAlgorithm::ExtendedKalman | FilterAlgorithm::Recursive { .. } => {
+                self.look(inputs)
+            }
         };
         let looked = looked.and_then(|looked| self.verify_outputs(looked, &used))?;
         Ok(self.take(&looked, &used, measured))
     }
 
     /// Outputs and roots of their covariance, from derivatives.
-    fn look(&mut self, inputs: &Inputs) -> Result<Look, TrialFailure> {
-        let Local { y, w, c, .. } = match self.ahead.take() {
+    fn look(&mut self, inputs: &Inputs) -> Result<PredictedOutputs, TrialFailure> {
+        let LocalModel { y, w, c, .. } = match self.ahead.take() {
             Some(ahead) => ahead,
             None => {
                 self.model.local(inputs, self.t, &self.place, &self.coordinates, &self.variables)?
@@ -55,11 +57,15 @@ impl Filter<'_> {
             Some(carried) => c * carried * &self.root,
             None => c * &self.root,
         };
-        Ok(Look { w, of_outputs, of_variables: self.root.clone() })
+        Ok(PredictedOutputs { w, of_outputs, of_variables: self.root.clone() })
     }
 
     /// Outputs and roots of their covariance, from sigma points.
-    fn look_by_points(&mut self, spread: Spread, inputs: &Inputs) -> Result<Look, TrialFailure> {
+    fn look_by_points(
+        &mut self,
+        spread: SigmaSpread,
+        inputs: &Inputs,
+    ) -> Result<PredictedOutputs, TrialFailure> {
         let points = spread.points(&self.variables, &self.root);
         let n = self.variables.len();
         let mut outputs = DMatrix::zeros(self.noise.len(), points.ncols());
@@ -71,11 +77,15 @@ impl Filter<'_> {
         }
         let (mean, of_outputs) = spread.moments(&outputs, n);
         let (_, of_variables) = spread.moments(&points, n);
-        Ok(Look { w: mean.iter().copied().collect(), of_outputs, of_variables })
+        Ok(PredictedOutputs { w: mean.iter().copied().collect(), of_outputs, of_variables })
     }
 
     /// Checks that measured outputs are finite.
-    fn verify_outputs(&self, looked: Look, seen: &[usize]) -> Result<Look, TrialFailure> {
+    fn verify_outputs(
+        &self,
+        looked: PredictedOutputs,
+        seen: &[usize],
+    ) -> Result<PredictedOutputs, TrialFailure> {
         let spoilt = seen.iter().find(|i| {
             let finite = |value: &f64| value.is_finite();
             !(looked.w[**i].is_finite() && looked.of_outputs.row(**i).iter().all(finite))
@@ -90,7 +100,7 @@ impl Filter<'_> {
     }
 
     /// Processes the samples of a row.
-    fn take(&mut self, looked: &Look, seen: &[usize], measured: &[f64]) -> Row {
+    fn take(&mut self, looked: &PredictedOutputs, seen: &[usize], measured: &[f64]) -> TrackedRow {
         let mut innovations = vec![None; measured.len()];
         let (mut used, mut rejected) = (Vec::with_capacity(seen.len()), 0.0);
         for &i in seen {
@@ -110,7 +120,7 @@ impl Filter<'_> {
         let of_outputs = looked.of_outputs.select_rows(&used);
         let corrected = correct(&sigma, &of_outputs, &looked.of_variables, &epsilon);
         self.root = corrected.root;
-        self.innovated = Innovated { outputs: used, epsilon, root: corrected.innovation_root };
+        self.innovated = RowInnovations { outputs: used, epsilon, root: corrected.innovation_root };
         let step = match &self.carried {
             Some(carried) => carried * corrected.step,
             None => corrected.step,
@@ -125,14 +135,14 @@ impl Filter<'_> {
             past.correct(steps);
             steps.fill(0.0);
         }
-        if let Estimator::Recursive { forgetting_factor, .. } = self.estimator {
+        if let FilterAlgorithm::Recursive { forgetting_factor, .. } = self.estimator {
             self.forget(forgetting_factor, &looked.of_variables);
         }
 
         let square = corrected.whitened.norm_squared();
         let alarm = self.watch.take(square + rejected, seen.len());
         let row = self.row(innovations);
-        Row {
+        TrackedRow {
             normalised_square: square,
             log_det: corrected.log_det,
             samples: self.innovated.outputs.len(),

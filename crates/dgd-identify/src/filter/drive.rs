@@ -4,26 +4,26 @@
 
 use std::collections::VecDeque;
 
-use dgd_runtime::{Column, InputError, Inputs, Signature};
+use dgd_runtime::{InputColumn, InputError, Inputs, Signature};
 
 use super::error::FilterError;
 
 /// A row of inputs.
 #[derive(Debug, Clone)]
-struct Held {
+struct InputRow {
     t: f64,
     u: Vec<f64>,
 }
 
 /// Rows of inputs as they arrive.
 #[derive(Debug, Clone, Default)]
-pub(super) struct Drive {
-    rows: VecDeque<Held>,
+pub(super) struct InputHistory {
+    rows: VecDeque<InputRow>,
     /// Number of missing values so far, for each input.
     pub missing: Vec<usize>,
 }
 
-impl Drive {
+impl InputHistory {
     /// Adds a row; a missing value is replaced by the last one.
     pub(super) fn push(
         &mut self,
@@ -70,7 +70,7 @@ impl Drive {
                 }
             };
         }
-        self.rows.push_back(Held { t, u: filled });
+        self.rows.push_back(InputRow { t, u: filled });
         Ok(())
     }
 
@@ -93,11 +93,11 @@ impl Drive {
         let values: Vec<Vec<f64>> = (0..signature.inputs.len())
             .map(|i| self.rows.iter().map(|row| row.u[i]).collect())
             .collect();
-        let columns: Vec<Column<'_>> = signature
+        let columns: Vec<InputColumn<'_>> = signature
             .inputs
             .iter()
             .zip(&values)
-            .map(|(input, values)| Column {
+            .map(|(input, values)| InputColumn {
                 name: &input.name,
                 interpolation: input.interpolation,
                 values,

@@ -26,7 +26,7 @@ pub enum FilterError {
         unknown: String,
     },
     /// An option is out of range.
-    Option(Missing),
+    Option(OptionOutOfRange),
     /// No used output has noise.
     NothingMeasured,
     /// A free parameter has no logarithm, or there is another error in the free parameters.
@@ -53,7 +53,7 @@ pub enum FilterError {
 
 /// An option outside of its range.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Missing {
+pub struct OptionOutOfRange {
     /// The quantity it belongs to, such as `the noise of output p_r`.
     pub of: String,
     /// Its value, SI.
@@ -79,7 +79,7 @@ impl fmt::Display for FilterError {
                 f,
                 "the model was compiled without derivatives to the start value of `{unknown}`"
             ),
-            Self::Option(Missing { of, value, expected }) => {
+            Self::Option(OptionOutOfRange { of, value, expected }) => {
                 write!(f, "{of} is {} in SI units and must be {expected}", short(*value, 6))
             }
             Self::NothingMeasured => {

@@ -12,17 +12,17 @@ use dgd_runtime::for_identify::unknown_sizes;
 use dgd_runtime::{Inputs, Problem, Signature, consistent_start};
 use nalgebra::{DMatrix, DVector};
 
-use super::coordinates::Coordinates;
-use super::drive::Drive;
+use super::coordinates::FilterCoordinates;
+use super::drive::InputHistory;
 use super::error::FilterError;
-use super::interval::{Interval, IntervalModel, Local, RunState};
+use super::interval::{IntervalModel, LocalModel, RunState, TimeInterval};
 use super::prediction::consistent;
 use super::problem::{
-    Estimator, FilterProblem, Sample, Tuning, verify_first_inputs, verify_tuning,
+    FilterAlgorithm, FilterProblem, FilterSample, FilterTuning, verify_first_inputs, verify_tuning,
 };
-use super::remembered::Remembered;
+use super::remembered::EstimateHistory;
 use super::square_root::triangular;
-use super::watch::{Alarm, Watch};
+use super::watch::{InnovationAlarm, InnovationMonitor};
 use crate::error::{TrialFailure, WrongLength, verify_lengths};
 
 /// Number of consecutive rows in which the model may fail.
@@ -30,7 +30,7 @@ const MOST_FAILURES: usize = 10;
 
 /// An estimate and its uncertainty.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Tracked {
+pub struct TrackedEstimate {
     /// Value, SI.
     pub value: f64,
     /// Standard deviation, SI; to first order for a parameter with a logarithm.
@@ -50,13 +50,13 @@ pub struct Innovation {
 
 /// The estimates after a row.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Row {
+pub struct TrackedRow {
     /// Time, s.
     pub t: f64,
     /// Unknowns that are differential in some mode, in the order of y.
-    pub states: Vec<Tracked>,
+    pub states: Vec<TrackedEstimate>,
     /// Free parameters, in the order of the directions.
-    pub parameters: Vec<Tracked>,
+    pub parameters: Vec<TrackedEstimate>,
     /// For each output, its innovation if it was measured and has noise.
     pub innovations: Vec<Option<Innovation>>,
     /// εᵀ S⁻¹ ε over the samples used.
@@ -68,27 +68,27 @@ pub struct Row {
     /// The reason why the model could not be evaluated in this row.
     pub failure: Option<TrialFailure>,
     /// A change in the consistency of the innovations with this row.
-    pub alarm: Option<Alarm>,
+    pub alarm: Option<InnovationAlarm>,
 }
 
 /// A running filter.
-pub struct Filter<'a> {
+pub struct RunningFilter<'a> {
     pub(super) model: IntervalModel<'a>,
-    pub(super) estimator: Estimator,
+    pub(super) estimator: FilterAlgorithm,
     pub(super) gate: Option<f64>,
-    pub(super) coordinates: Coordinates,
-    pub(super) drive: Drive,
-    pub(super) watch: Watch,
+    pub(super) coordinates: FilterCoordinates,
+    pub(super) drive: InputHistory,
+    pub(super) watch: InnovationMonitor,
     pub(super) t: f64,
     /// Unknowns and modes at t.
     pub(super) place: RunState,
     /// States and parameters, then remembered values, as perturbations of the past: zeros between rows.
     pub(super) variables: Vec<f64>,
-    /// L of their covariance L Lᵀ; for [`Estimator::Recursive`] that of start values and parameters.
+    /// L of their covariance L Lᵀ; for [`FilterAlgorithm::Recursive`] that of start values and parameters.
     pub(super) root: DMatrix<f64>,
-    /// ∂(x, θ)/∂(x(0), θ), for [`Estimator::Recursive`].
+    /// ∂(x, θ)/∂(x(0), θ), for [`FilterAlgorithm::Recursive`].
     pub(super) carried: Option<DMatrix<f64>>,
-    /// Limit on the largest eigenvalue of the parameters' covariance, for [`Estimator::Recursive`].
+    /// Limit on the largest eigenvalue of the parameters' covariance, for [`FilterAlgorithm::Recursive`].
     pub(super) most: f64,
     /// Spectral densities of the variables, and the initial variances of the parameters.
     pub(super) densities: Vec<f64>,
@@ -98,14 +98,14 @@ pub struct Filter<'a> {
     pub(super) last: Vec<f64>,
     pub(super) failures: usize,
     /// The model near the prediction, if the prediction needed it.
-    pub(super) ahead: Option<Local>,
+    pub(super) ahead: Option<LocalModel>,
     /// The innovations that were used last.
-    pub(super) innovated: Innovated,
+    pub(super) innovated: RowInnovations,
 }
 
 /// Innovations of a row.
 #[derive(Debug, Clone, Default)]
-pub(super) struct Innovated {
+pub(super) struct RowInnovations {
     /// Positions of the outputs.
     pub outputs: Vec<usize>,
     /// ε, SI.
@@ -114,12 +114,12 @@ pub(super) struct Innovated {
     pub root: DMatrix<f64>,
 }
 
-fn verify_sample(signature: &Signature, sample: Sample<'_>) -> Result<(), WrongLength> {
+fn verify_sample(signature: &Signature, sample: FilterSample<'_>) -> Result<(), WrongLength> {
     WrongLength::verify("inputs", sample.u.len(), signature.inputs.len())?;
     WrongLength::verify("measured outputs", sample.measured.len(), signature.outputs.len())
 }
 
-impl<'a> Filter<'a> {
+impl<'a> RunningFilter<'a> {
     /// A filter at its first row, and the estimates there.
     ///
     /// # Errors
@@ -127,9 +127,9 @@ impl<'a> Filter<'a> {
     /// [`FilterError`], all variants except `Stuck`.
     pub fn begin(
         problem: &FilterProblem<'a>,
-        tuning: &Tuning,
-        first: Sample<'_>,
-    ) -> Result<(Self, Row), FilterError> {
+        tuning: &FilterTuning,
+        first: FilterSample<'_>,
+    ) -> Result<(Self, TrackedRow), FilterError> {
         let signature = problem.system.signature();
         verify_lengths(signature, problem.p, &problem.free, &[], tuning.noise.len())?;
         verify_sample(signature, first)?;
@@ -142,7 +142,7 @@ impl<'a> Filter<'a> {
             return Err(FilterError::NothingMeasured);
         }
         verify_first_inputs(problem, first)?;
-        let mut drive = Drive::default();
+        let mut drive = InputHistory::default();
         drive.push(first.t, first.u, signature)?;
         let inputs = drive.inputs(signature)?;
         let mut filter = Self::new(problem, tuning, model, &inputs, first.t)?;
@@ -152,14 +152,14 @@ impl<'a> Filter<'a> {
         Ok((filter, row))
     }
 
-    /// [`Filter::begin`] for recordings, with inputs that are known as functions of time.
+    /// [`RunningFilter::begin`] for recordings, with inputs that are known as functions of time.
     pub(super) fn begin_recorded(
         problem: &FilterProblem<'a>,
-        tuning: &Tuning,
+        tuning: &FilterTuning,
         inputs: &Inputs,
         t: f64,
         measured: &[f64],
-    ) -> Result<(Self, Row), FilterError> {
+    ) -> Result<(Self, TrackedRow), FilterError> {
         let model = IntervalModel::new(problem)?;
         let mut filter = Self::new(problem, tuning, model, inputs, t)?;
         let row = filter.corrected(inputs, measured, None)?;
@@ -169,7 +169,7 @@ impl<'a> Filter<'a> {
     /// A filter before its first row.
     fn new(
         problem: &FilterProblem<'a>,
-        tuning: &Tuning,
+        tuning: &FilterTuning,
         model: IntervalModel<'a>,
         inputs: &Inputs,
         t: f64,
@@ -177,7 +177,7 @@ impl<'a> Filter<'a> {
         let started =
             Problem { system: &problem.system, p: problem.p, inputs, start: &problem.start };
         let y = consistent_start(&started, t, &problem.options).map_err(FilterError::Start)?.y;
-        let (coordinates, variables) = Coordinates::new(problem, &y)?;
+        let (coordinates, variables) = FilterCoordinates::new(problem, &y)?;
 
         let walks = tuning.states.iter().chain(&tuning.parameters);
         let scaled = |(k, value): (usize, f64)| value / coordinates.slope(k, variables[k]).abs();
@@ -185,13 +185,13 @@ impl<'a> Filter<'a> {
             walks.clone().map(|walk| walk.start).enumerate().map(scaled).collect();
         let rates = walks.map(|walk| walk.rate).enumerate().map(scaled);
         let n = coordinates.len();
-        let recursive = matches!(problem.estimator, Estimator::Recursive { .. });
+        let recursive = matches!(problem.estimator, FilterAlgorithm::Recursive { .. });
         let densities = rates.map(|rate| if recursive { 0.0 } else { rate * rate }).collect();
         let of_parameters = start[coordinates.n_states()..].iter();
         let largest = of_parameters.fold(0.0, |most: f64, start| most.max(start * start));
         let most = match problem.estimator {
-            Estimator::Recursive { most_covariance, .. } => most_covariance * largest,
-            Estimator::ExtendedKalman | Estimator::Unscented(_) => f64::INFINITY,
+            FilterAlgorithm::Recursive { most_covariance, .. } => most_covariance * largest,
+            FilterAlgorithm::ExtendedKalman | FilterAlgorithm::Unscented(_) => f64::INFINITY,
         };
         let n_outputs = tuning.noise.len();
         let mut filter = Self {
@@ -199,8 +199,8 @@ impl<'a> Filter<'a> {
             estimator: problem.estimator,
             gate: problem.gate,
             coordinates,
-            drive: Drive::default(),
-            watch: Watch::default(),
+            drive: InputHistory::default(),
+            watch: InnovationMonitor::default(),
             t,
             place: RunState { y, memory: None, past: None },
             variables,
@@ -213,7 +213,7 @@ impl<'a> Filter<'a> {
             last: vec![f64::NAN; n_outputs],
             failures: 0,
             ahead: None,
-            innovated: Innovated::default(),
+            innovated: RowInnovations::default(),
         };
         filter.make_consistent(inputs);
         filter.begin_past(inputs);
@@ -234,14 +234,14 @@ impl<'a> Filter<'a> {
             local.map_or_else(|_| DMatrix::zeros(watched.len(), n), |local| local.watched);
         let mut sizes = vec![0.0; place.y.len()];
         unknown_sizes(&model.system, &place.y, &mut sizes);
-        place.past = Some(Remembered::new(watched, &sizes, *t, &place.y));
+        place.past = Some(EstimateHistory::new(watched, &sizes, *t, &place.y));
         variables.resize(n + watched.len(), 0.0);
         self.remember(dependence);
     }
 
     /// Adds variables of a new node, given the dependence of its unknowns on the existing variables.
     pub(super) fn remember(&mut self, mut from_others: DMatrix<f64>) {
-        let sizes = self.place.past.as_ref().map_or(&[][..], Remembered::sizes);
+        let sizes = self.place.past.as_ref().map_or(&[][..], EstimateHistory::sizes);
         for (mut row, size) in from_others.row_iter_mut().zip(sizes) {
             row /= *size;
         }
@@ -284,7 +284,7 @@ impl<'a> Filter<'a> {
     ///
     /// [`FilterError::Length`]; [`FilterError::Inputs`] for a row whose time is before the last, or the third with the
     /// same time; [`FilterError::Stuck`].
-    pub fn step(&mut self, sample: Sample<'_>) -> Result<Row, FilterError> {
+    pub fn step(&mut self, sample: FilterSample<'_>) -> Result<TrackedRow, FilterError> {
         let signature = self.model.system.signature();
         verify_sample(signature, sample)?;
         self.drive.push(sample.t, sample.u, signature)?;
@@ -309,8 +309,8 @@ impl<'a> Filter<'a> {
         inputs: &Inputs,
         until: f64,
         measured: &[f64],
-    ) -> Result<Row, FilterError> {
-        let over = Interval { from: self.t, until };
+    ) -> Result<TrackedRow, FilterError> {
+        let over = TimeInterval { from: self.t, until };
         self.ahead = None;
         let mut failure = None;
         if over.length() > 0.0 {
@@ -332,7 +332,7 @@ impl<'a> Filter<'a> {
         inputs: &Inputs,
         measured: &[f64],
         failure: Option<TrialFailure>,
-    ) -> Result<Row, FilterError> {
+    ) -> Result<TrackedRow, FilterError> {
         let (row, failure) = match self.correct(inputs, measured) {
             Ok(row) => (row, failure),
             Err(reason) => (self.row(vec![None; measured.len()]), failure.or(Some(reason))),
@@ -342,12 +342,12 @@ impl<'a> Filter<'a> {
             Some(failure) if self.failures >= MOST_FAILURES => {
                 Err(FilterError::Stuck { t: self.t, rows: self.failures, failure })
             }
-            failure => Ok(Row { failure, ..row }),
+            failure => Ok(TrackedRow { failure, ..row }),
         }
     }
 
     /// Takes the innovations used by the last row.
-    pub(super) fn take_innovated(&mut self) -> Innovated {
+    pub(super) fn take_innovated(&mut self) -> RowInnovations {
         std::mem::take(&mut self.innovated)
     }
 
@@ -357,17 +357,17 @@ impl<'a> Filter<'a> {
     }
 
     /// The current estimates.
-    pub(super) fn row(&self, innovations: Vec<Option<Innovation>>) -> Row {
+    pub(super) fn row(&self, innovations: Vec<Option<Innovation>>) -> TrackedRow {
         let root = match &self.carried {
             Some(carried) => carried * &self.root,
             None => self.root.clone(),
         };
-        let tracked = |k: usize| Tracked {
+        let tracked = |k: usize| TrackedEstimate {
             value: self.coordinates.value(k, self.variables[k]),
             std: root.row(k).norm() * self.coordinates.slope(k, self.variables[k]).abs(),
         };
         let n_states = self.coordinates.n_states();
-        Row {
+        TrackedRow {
             t: self.t,
             states: (0..n_states).map(tracked).collect(),
             parameters: (n_states..self.coordinates.len()).map(tracked).collect(),

@@ -8,22 +8,23 @@
 //!   A = ∂ẋ/∂(x, θ) = rows of x of (∂f/∂y S + ∂f/∂θ),    C = dw/d(x, θ) = ∂w/∂y S + ∂w/∂θ
 //! ```
 //!
-//! Derivatives with respect to past values ([`Remembered`]) come from further runs, in which the past has these
+//! Derivatives with respect to past values ([`EstimateHistory`]) come from further runs, in which the past has these
 //! sensitivities.
 
-use dgd_runtime::for_identify::{Past, delays, held_by_bounds};
-use dgd_runtime::integrate::Memory;
+use dgd_runtime::for_identify::{PastSolution, delays, held_by_bounds};
+use dgd_runtime::integrate::RunMemory;
 use dgd_runtime::model::{Model, ModelProblem, observe};
 use dgd_runtime::{
-    Before, Direction, Inputs, IntegrateError, Options, Point, Problem, Side, Solution, Wanted,
+    Direction, EvaluationPoint, Inputs, IntegrateError, LimitSide, Options, PriorState, Problem,
+    Solution, WantedResults,
 };
 use nalgebra::DMatrix;
 
-use super::coordinates::Coordinates;
+use super::coordinates::FilterCoordinates;
+use super::delayed_outputs::DelayedOutputModel;
 use super::error::FilterError;
-use super::late_outputs::LateOutputs;
 use super::problem::FilterProblem;
-use super::remembered::Remembered;
+use super::remembered::EstimateHistory;
 use super::square_root::beside;
 use crate::error::TrialFailure;
 
@@ -36,7 +37,7 @@ pub(super) struct IntervalModel<'a> {
     is_plain: bool,
     /// Delayed unknowns, ascending.
     watched: Vec<usize>,
-    late: LateOutputs,
+    delayed_outputs: DelayedOutputModel,
 }
 
 /// The state at the start or at the end of a run.
@@ -45,16 +46,16 @@ pub(super) struct RunState {
     /// Unknowns: guesses of the algebraic ones.
     pub y: Vec<f64>,
     /// Modes, and the rest of the memory of the previous run.
-    pub memory: Option<Memory>,
+    pub memory: Option<RunMemory>,
     /// Past values, if they are read.
-    pub past: Option<Remembered>,
+    pub past: Option<EstimateHistory>,
 }
 
 impl RunState {
     /// The state from which a run continues.
-    fn before<'a>(&'a self, past: Option<&'a Past>) -> Before<'a> {
-        let own_past = || self.past.as_ref().map(Remembered::past);
-        Before { memory: self.memory.as_ref(), past: past.or_else(own_past) }
+    fn before<'a>(&'a self, past: Option<&'a PastSolution>) -> PriorState<'a> {
+        let own_past = || self.past.as_ref().map(EstimateHistory::past);
+        PriorState { memory: self.memory.as_ref(), past: past.or_else(own_past) }
     }
 
     /// The same state with a perturbed past.
@@ -69,12 +70,12 @@ impl RunState {
 
 /// An interval of time.
 #[derive(Clone, Copy)]
-pub(super) struct Interval {
+pub(super) struct TimeInterval {
     pub from: f64,
     pub until: f64,
 }
 
-impl Interval {
+impl TimeInterval {
     /// Its length.
     pub(super) fn length(self) -> f64 {
         self.until - self.from
@@ -82,32 +83,32 @@ impl Interval {
 }
 
 /// The state at the end of an interval.
-pub(super) struct Moved {
+pub(super) struct IntervalEnd {
     pub place: RunState,
     /// ∂x/∂(x, θ, past) in scaled variables: states × all, the past before the interval.
     pub phi: DMatrix<f64>,
 }
 
 /// Unknowns at one time and their sensitivities.
-enum Consistent {
+enum ConsistentUnknowns {
     /// If all unknowns are states, they are consistent as given.
     AsGiven { y: Vec<f64>, s: Vec<f64> },
     /// From a run of zero length.
     Run(Box<Solution>),
 }
 
-impl Consistent {
+impl ConsistentUnknowns {
     /// y, S and z.
     fn parts(&self) -> (&[f64], &[f64], &[f64]) {
         match self {
-            Consistent::AsGiven { y, s } => (y, s, &[]),
-            Consistent::Run(run) => (run.y(0), run.s(0), run.z(0)),
+            ConsistentUnknowns::AsGiven { y, s } => (y, s, &[]),
+            ConsistentUnknowns::Run(run) => (run.y(0), run.s(0), run.z(0)),
         }
     }
 }
 
 /// The model near one time.
-pub(super) struct Local {
+pub(super) struct LocalModel {
     /// Unknowns, consistent.
     pub y: Vec<f64>,
     /// Outputs.
@@ -124,8 +125,8 @@ pub(super) struct Local {
 }
 
 /// Results of the generated functions at a point, with the directions of a run.
-struct Looked {
-    run: Consistent,
+struct PointFunctions {
+    run: ConsistentUnknowns,
     /// ∂f/∂θ along the directions.
     g: Vec<f64>,
     w: Vec<f64>,
@@ -144,16 +145,16 @@ impl<'a> IntervalModel<'a> {
             let what = format!("what `{name}` was, at a delay that varies");
             return Err(FilterError::NotFollowed { what });
         }
-        let late = LateOutputs::new(system, p)?;
+        let delayed_outputs = DelayedOutputModel::new(system, p)?;
         let is_differential = |i: usize| signature.unknowns.is_differential(i);
         let is_plain = signature.discrete.is_empty()
             && signature.delayed_unknowns.is_empty()
             && (0..signature.unknowns.len()).all(is_differential);
         let delayed = signature.delayed_unknowns.iter().map(|delayed| delayed.unknown);
-        let mut watched: Vec<usize> = delayed.chain(late.unknowns()).collect();
+        let mut watched: Vec<usize> = delayed.chain(delayed_outputs.unknowns()).collect();
         watched.sort_unstable();
         watched.dedup();
-        Ok(Self { system, p, options, is_plain, watched, late })
+        Ok(Self { system, p, options, is_plain, watched, delayed_outputs })
     }
 
     /// Delayed unknowns, ascending.
@@ -172,27 +173,27 @@ impl<'a> IntervalModel<'a> {
     pub(super) fn move_with_sensitivities(
         &self,
         inputs: &Inputs,
-        over: Interval,
+        over: TimeInterval,
         from: &RunState,
-        coordinates: &Coordinates,
+        coordinates: &FilterCoordinates,
         variables: &[f64],
-    ) -> Result<Moved, TrialFailure> {
+    ) -> Result<IntervalEnd, TrialFailure> {
         let (p, start) = self.started(&from.y, coordinates, variables);
         let problem = Problem { system: &self.system, p: &p, inputs, start: &start };
-        let wanted = Wanted::ResumedSensitivities(from.before(None));
+        let wanted = WantedResults::ResumedSensitivities(from.before(None));
         let mut solution = self.run_over(&problem, from, over, wanted)?;
         let last = solution.len() - 1;
         let mut phi = transition(solution.s(last), solution.n, coordinates, variables);
         if let Some(past) = &from.past {
             let [s_past] = self.by_past(past, &p, over, [solution.s(last)], |seeded| {
-                let wanted = Wanted::ResumedSensitivities(from.before(Some(seeded)));
+                let wanted = WantedResults::ResumedSensitivities(from.before(Some(seeded)));
                 let run = self.run(&problem, &[over.from, over.until], wanted)?;
                 Ok([run.s(run.len() - 1).to_vec()])
             })?;
             phi = beside(&phi, &rows_of_states(&s_past, coordinates));
         }
         if phi.iter().all(|value| value.is_finite()) {
-            Ok(Moved { place: ended(from, &mut solution), phi })
+            Ok(IntervalEnd { place: ended(from, &mut solution), phi })
         } else {
             Err(self.undefined(over.until, &solution))
         }
@@ -202,14 +203,14 @@ impl<'a> IntervalModel<'a> {
     pub(super) fn move_states(
         &self,
         inputs: &Inputs,
-        over: Interval,
+        over: TimeInterval,
         from: &RunState,
-        coordinates: &Coordinates,
+        coordinates: &FilterCoordinates,
         variables: &[f64],
     ) -> Result<RunState, TrialFailure> {
         let (p, start) = self.started(&from.y, coordinates, variables);
         let problem = Problem { system: &self.system, p: &p, inputs, start: &start };
-        let wanted = Wanted::Resumed(from.before(None));
+        let wanted = WantedResults::Resumed(from.before(None));
         let mut solution = self.run_over(&problem, from, over, wanted)?;
         Ok(ended(from, &mut solution))
     }
@@ -220,16 +221,16 @@ impl<'a> IntervalModel<'a> {
         inputs: &Inputs,
         t: f64,
         at: &RunState,
-        coordinates: &Coordinates,
+        coordinates: &FilterCoordinates,
         variables: &[f64],
     ) -> Result<Vec<f64>, TrialFailure> {
         let (p, start) = self.started(&at.y, coordinates, variables);
         let problem = Problem { system: &self.system, p: &p, inputs, start: &start };
-        let solution = self.run(&problem, &[t], Wanted::Resumed(at.before(None)))?;
+        let solution = self.run(&problem, &[t], WantedResults::Resumed(at.before(None)))?;
         let mut w = observe(&problem, &solution).w;
         if let Some(past) = &at.past {
-            let here = Point { t, y: solution.y(0), u: &[], p: &p, z: solution.z(0) };
-            self.late.read(&problem, here, past)?.write(&mut w);
+            let here = EvaluationPoint { t, y: solution.y(0), u: &[], p: &p, z: solution.z(0) };
+            self.delayed_outputs.read(&problem, here, past)?.write(&mut w);
         }
         Ok(w)
     }
@@ -240,12 +241,12 @@ impl<'a> IntervalModel<'a> {
         inputs: &Inputs,
         t: f64,
         at: &RunState,
-        coordinates: &Coordinates,
+        coordinates: &FilterCoordinates,
         variables: &[f64],
-    ) -> Result<Local, TrialFailure> {
+    ) -> Result<LocalModel, TrialFailure> {
         let (p, start) = self.started(&at.y, coordinates, variables);
         let problem = Problem { system: &self.system, p: &p, inputs, start: &start };
-        let Looked { run, g, mut w, dw } = self.look(&problem, t, at, None)?;
+        let PointFunctions { run, g, mut w, dw } = self.look(&problem, t, at, None)?;
         let (y, s, z) = run.parts();
 
         let (n, n_w) = (y.len(), w.len());
@@ -259,20 +260,20 @@ impl<'a> IntervalModel<'a> {
         });
         if let Some(past) = &at.past {
             let [s_past, c_past] =
-                self.by_past(past, &p, Interval { from: t, until: t }, [s, &dw], |seeded| {
+                self.by_past(past, &p, TimeInterval { from: t, until: t }, [s, &dw], |seeded| {
                     let with = self.look(&problem, t, at, Some(seeded))?;
                     Ok([with.run.parts().1.to_vec(), with.dw])
                 })?;
             phi = beside(&phi, &rows_of_states(&s_past, coordinates));
             watched = beside(&watched, &s_past.select_rows(&self.watched));
             c = beside(&c, &c_past);
-            let here = Point { t, y, u: &[], p: &p, z };
-            let late = self.late.read(&problem, here, past)?;
-            late.write(&mut w);
-            late.differentiate(coordinates, variables, &mut c);
+            let here = EvaluationPoint { t, y, u: &[], p: &p, z };
+            let outputs = self.delayed_outputs.read(&problem, here, past)?;
+            outputs.write(&mut w);
+            outputs.differentiate(coordinates, variables, &mut c);
         }
         let a = transition(&g, n, coordinates, variables);
-        Ok(Local { y: y.to_vec(), w, phi, a, c, watched })
+        Ok(LocalModel { y: y.to_vec(), w, phi, a, c, watched })
     }
 
     /// Evaluates the model at one time, optionally with a past that has sensitivities instead of its own one.
@@ -281,26 +282,26 @@ impl<'a> IntervalModel<'a> {
         problem: &ModelProblem<'_>,
         t: f64,
         at: &RunState,
-        past: Option<&Past>,
-    ) -> Result<Looked, TrialFailure> {
+        past: Option<&PastSolution>,
+    ) -> Result<PointFunctions, TrialFailure> {
         let run = self.consistent(problem, t, at, past)?;
         let (y, s, z) = run.parts();
         let signature = self.system.signature();
         let mut u = vec![0.0; signature.n_u()];
         let read = problem.inputs_read();
         let read = read.map_err(|error| TrialFailure::Simulation(IntegrateError::Inputs(error)))?;
-        read.value(t, Side::Right, &mut u);
-        if let Consistent::Run(run) = &run {
+        read.value(t, LimitSide::Right, &mut u);
+        if let ConsistentUnknowns::Run(run) = &run {
             let first = u.len() - run.n_past;
             u[first..].copy_from_slice(run.past(0));
         }
-        let point = Point { t, y, u: &u, p: problem.p, z };
+        let point = EvaluationPoint { t, y, u: &u, p: problem.p, z };
         let (mut f, mut g) = (vec![0.0; y.len()], vec![0.0; s.len()]);
         self.system.sensitivity_rhs(point, s, &mut f, &mut g);
         let n_w = signature.outputs.len();
         let (mut w, mut dw) = (vec![0.0; n_w], vec![0.0; n_w * signature.directions.len()]);
         self.system.output_sensitivities(point, s, &mut w, &mut dw);
-        Ok(Looked { run, g, w, dw })
+        Ok(PointFunctions { run, g, w, dw })
     }
 
     /// The delayed unknowns in the equations: positions among the remembered unknowns, and delays.
@@ -320,15 +321,15 @@ impl<'a> IntervalModel<'a> {
     /// directions also represent some of the variables.
     fn by_past<const N: usize>(
         &self,
-        past: &Remembered,
+        past: &EstimateHistory,
         p: &[f64],
-        over: Interval,
+        over: TimeInterval,
         without: [&[f64]; N],
-        with: impl Fn(&Past) -> Result<[Vec<f64>; N], TrialFailure>,
+        with: impl Fn(&PastSolution) -> Result<[Vec<f64>; N], TrialFailure>,
     ) -> Result<[DMatrix<f64>; N], TrialFailure> {
         let directions = self.system.signature().directions.len().max(1);
         let mut derivatives = without.map(|of| DMatrix::zeros(of.len() / directions, past.len()));
-        for some in self.read_late(past, p, over) {
+        for some in self.read_delayed(past, p, over) {
             let with = with(&past.seeded(&some))?;
             for (j, variable) in some.into_iter().enumerate() {
                 let size = past.sizes()[variable % past.sizes().len()];
@@ -344,7 +345,12 @@ impl<'a> IntervalModel<'a> {
     }
 
     /// Variables of the past that the equations read between two times, in groups of at most the number of directions.
-    fn read_late(&self, past: &Remembered, p: &[f64], over: Interval) -> Vec<Vec<usize>> {
+    fn read_delayed(
+        &self,
+        past: &EstimateHistory,
+        p: &[f64],
+        over: TimeInterval,
+    ) -> Vec<Vec<usize>> {
         let variables = past.read_between(&self.delays(p), over);
         let at_once = self.system.signature().directions.len().max(1);
         variables.chunks(at_once).map(<[usize]>::to_vec).collect()
@@ -355,8 +361,8 @@ impl<'a> IntervalModel<'a> {
         &self,
         problem: &ModelProblem<'_>,
         from: &RunState,
-        over: Interval,
-        wanted: Wanted<'_>,
+        over: TimeInterval,
+        wanted: WantedResults<'_>,
     ) -> Result<Solution, TrialFailure> {
         let Some(past) = &from.past else {
             return self.run(problem, &[over.from, over.until], wanted);
@@ -376,11 +382,11 @@ impl<'a> IntervalModel<'a> {
         problem: &ModelProblem<'_>,
         t: f64,
         at: &RunState,
-        past: Option<&Past>,
-    ) -> Result<Consistent, TrialFailure> {
+        past: Option<&PastSolution>,
+    ) -> Result<ConsistentUnknowns, TrialFailure> {
         if !self.is_plain {
-            let wanted = Wanted::ResumedSensitivities(at.before(past));
-            return Ok(Consistent::Run(Box::new(self.run(problem, &[t], wanted)?)));
+            let wanted = WantedResults::ResumedSensitivities(at.before(past));
+            return Ok(ConsistentUnknowns::Run(Box::new(self.run(problem, &[t], wanted)?)));
         }
         let directions = &self.system.signature().directions;
         let n = problem.start.len();
@@ -390,21 +396,21 @@ impl<'a> IntervalModel<'a> {
                 s[j * n + i] = 1.0;
             }
         }
-        Ok(Consistent::AsGiven { y: problem.start.iter().map(|(_, y)| *y).collect(), s })
+        Ok(ConsistentUnknowns::AsGiven { y: problem.start.iter().map(|(_, y)| *y).collect(), s })
     }
 
     fn run(
         &self,
         problem: &ModelProblem<'_>,
         times: &[f64],
-        wanted: Wanted<'_>,
+        wanted: WantedResults<'_>,
     ) -> Result<Solution, TrialFailure> {
-        dgd_runtime::Solved::integrate(problem, times, &self.options, wanted)
+        dgd_runtime::SolvableSystem::integrate(problem, times, &self.options, wanted)
             .map_err(|failure| TrialFailure::Simulation(failure.error))
     }
 
     /// States that are held by their bounds, so that process noise does not act on them.
-    pub(super) fn held(&self, at: &RunState, coordinates: &Coordinates) -> Vec<usize> {
+    pub(super) fn held(&self, at: &RunState, coordinates: &FilterCoordinates) -> Vec<usize> {
         let Some(memory) = &at.memory else { return Vec::new() };
         let discrete = &self.system.signature().discrete;
         let position = |i: &usize| coordinates.states.iter().position(|state| state == i);
@@ -415,7 +421,7 @@ impl<'a> IntervalModel<'a> {
     fn started(
         &self,
         y: &[f64],
-        coordinates: &Coordinates,
+        coordinates: &FilterCoordinates,
         variables: &[f64],
     ) -> (Vec<f64>, Vec<(usize, f64)>) {
         let mut y = y.to_vec();
@@ -441,14 +447,19 @@ fn ended(from: &RunState, run: &mut Solution) -> RunState {
 }
 
 /// Rows of the states in derivatives of all unknowns, SI, converted to scaled variables.
-fn rows_of_states(by: &DMatrix<f64>, coordinates: &Coordinates) -> DMatrix<f64> {
+fn rows_of_states(by: &DMatrix<f64>, coordinates: &FilterCoordinates) -> DMatrix<f64> {
     DMatrix::from_fn(coordinates.n_states(), by.ncols(), |row, column| {
         by[(coordinates.states[row], column)] / coordinates.sizes[row]
     })
 }
 
 /// Rows of the states of ∂y/∂θ, or of its slopes, in scaled variables: states × all.
-fn transition(s: &[f64], n: usize, coordinates: &Coordinates, variables: &[f64]) -> DMatrix<f64> {
+fn transition(
+    s: &[f64],
+    n: usize,
+    coordinates: &FilterCoordinates,
+    variables: &[f64],
+) -> DMatrix<f64> {
     DMatrix::from_fn(coordinates.n_states(), coordinates.len(), |row, column| {
         let slope = coordinates.slope(column, variables[column]);
         let entry = coordinates.directions[column] * n + coordinates.states[row];

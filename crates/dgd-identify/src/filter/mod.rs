@@ -17,7 +17,7 @@
 //! | `drive` | samples of the inputs as functions of time over the current interval |
 //! | `interval` | the model over one interval, and its derivatives at one time |
 //! | `remembered` | past values of delayed unknowns, and their uncertainty |
-//! | `late_outputs` | delayed outputs |
+//! | `delayed_outputs` | delayed outputs |
 //! | `square_root` | covariances as triangular factors |
 //! | `estimator` | the filter, row by row |
 //! | `prediction` | from one row to the next |
@@ -44,11 +44,11 @@
 
 mod coordinates;
 mod correction;
+mod delayed_outputs;
 mod drive;
 mod error;
 mod estimator;
 mod interval;
-mod late_outputs;
 mod likelihood;
 mod prediction;
 mod problem;
@@ -57,12 +57,15 @@ mod square_root;
 mod unscented;
 mod watch;
 
-pub use error::{FilterError, Missing};
-pub use estimator::{Filter, Innovation, Row, Tracked};
+pub use error::{FilterError, OptionOutOfRange};
+pub use estimator::{Innovation, RunningFilter, TrackedEstimate, TrackedRow};
 pub use likelihood::prediction_error::{
-    Level, LevelEstimate, PredictionError, PredictionErrorProblem, prediction_error, predictions,
+    LevelEstimate, NoiseLevelSource, PredictionError, PredictionErrorProblem, prediction_error,
+    predictions,
 };
 pub use likelihood::profile::prediction_error_profiles;
-pub use problem::{Estimator, FilterProblem, Sample, Tuning, Walk, usual_tuning};
-pub use unscented::Spread;
-pub use watch::Alarm;
+pub use problem::{
+    FilterAlgorithm, FilterProblem, FilterSample, FilterTuning, RandomWalk, usual_tuning,
+};
+pub use unscented::SigmaSpread;
+pub use watch::InnovationAlarm;

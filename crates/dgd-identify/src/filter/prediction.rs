@@ -3,20 +3,24 @@
 use dgd_runtime::Inputs;
 use nalgebra::{DMatrix, DVector};
 
-use super::estimator::Filter;
-use super::interval::{Interval, RunState};
-use super::problem::Estimator;
-use super::remembered::Remembered;
+use super::estimator::RunningFilter;
+use super::interval::{RunState, TimeInterval};
+use super::problem::FilterAlgorithm;
+use super::remembered::EstimateHistory;
 use super::square_root::{beside, integrated_noise, triangular};
-use super::unscented::Spread;
+use super::unscented::SigmaSpread;
 use crate::error::TrialFailure;
 
-impl Filter<'_> {
+impl RunningFilter<'_> {
     /// Moves the estimate to the next row. After an error it is unchanged.
-    pub(super) fn predict(&mut self, inputs: &Inputs, over: Interval) -> Result<(), TrialFailure> {
+    pub(super) fn predict(
+        &mut self,
+        inputs: &Inputs,
+        over: TimeInterval,
+    ) -> Result<(), TrialFailure> {
         match self.estimator {
-            Estimator::Unscented(spread) => self.predict_points(spread, inputs, over),
-            Estimator::ExtendedKalman | Estimator::Recursive { .. } => {
+            FilterAlgorithm::Unscented(spread) => self.predict_points(spread, inputs, over),
+            FilterAlgorithm::ExtendedKalman | FilterAlgorithm::Recursive { .. } => {
                 let Self { model, coordinates, variables, place, .. } = &*self;
                 let moved =
                     model.move_with_sensitivities(inputs, over, place, coordinates, variables)?;
@@ -34,9 +38,9 @@ impl Filter<'_> {
     /// middle one.
     fn predict_points(
         &mut self,
-        spread: Spread,
+        spread: SigmaSpread,
         inputs: &Inputs,
-        over: Interval,
+        over: TimeInterval,
     ) -> Result<(), TrialFailure> {
         let Self { model, coordinates, place, .. } = &*self;
         let mut points = spread.points(&self.variables, &self.root);
@@ -65,7 +69,7 @@ impl Filter<'_> {
         &mut self,
         moved: DMatrix<f64>,
         inputs: &Inputs,
-        over: Interval,
+        over: TimeInterval,
         mut place: RunState,
         mut variables: Vec<f64>,
     ) -> Result<(), TrialFailure> {
@@ -80,7 +84,7 @@ impl Filter<'_> {
         }
         let known = variables.len() - gone.len();
         variables.truncate(n_present);
-        variables.resize(n_present + place.past.as_ref().map_or(0, Remembered::len), 0.0);
+        variables.resize(n_present + place.past.as_ref().map_or(0, EstimateHistory::len), 0.0);
 
         let mut densities = self.guarded(over.length());
         for k in model.held(&place, coordinates) {

@@ -4,8 +4,8 @@ use dgd_runtime::for_identify::{differential_somewhere, parameter_size, unknown_
 use dgd_runtime::model::Model;
 use dgd_runtime::{Direction, Inputs, Options, Problem, consistent_start};
 
-use super::error::{FilterError, Missing};
-use super::unscented::Spread;
+use super::error::{FilterError, OptionOutOfRange};
+use super::unscented::SigmaSpread;
 
 /// Default initial uncertainty of a state, relative to its size.
 const STATE_START: f64 = 0.1;
@@ -21,7 +21,7 @@ const HOUR: f64 = 3600.0;
 
 /// The algorithm that moves and corrects estimates.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Estimator {
+pub enum FilterAlgorithm {
     /// Extended Kalman filter: covariances follow the linearised model.
     ///
     /// # Source
@@ -35,7 +35,7 @@ pub enum Estimator {
     ///
     /// Julier, Uhlmann, A new extension of the Kalman filter to nonlinear systems (1997); Wan, van der
     /// Merwe, The unscented Kalman filter for nonlinear estimation (2000).
-    Unscented(Spread),
+    Unscented(SigmaSpread),
     /// Recursive prediction error method on the simulated model: parameters and start values by recursive
     /// least squares, with the model's sensitivities ψ = ∂ŵ/∂θ as regressors.
     ///
@@ -56,7 +56,7 @@ pub enum Estimator {
 
 /// Initial uncertainty and process noise of a quantity.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Walk {
+pub struct RandomWalk {
     /// Initial standard deviation, SI.
     pub start: f64,
     /// Process noise: standard deviation of the random walk after one second, SI/√s, the root of its spectral density.
@@ -71,17 +71,17 @@ pub struct Walk {
 /// | `parameters` | free parameter, in the order of the model's directions |
 /// | `noise` | output |
 #[derive(Debug, Clone, PartialEq)]
-pub struct Tuning {
+pub struct FilterTuning {
     /// The states.
-    pub states: Vec<Walk>,
+    pub states: Vec<RandomWalk>,
     /// The free parameters. Their process noise never increases them beyond their initial uncertainty, so that
     /// parameters without information in the data do not wind up.
-    pub parameters: Vec<Walk>,
+    pub parameters: Vec<RandomWalk>,
     /// σ of the outputs, SI; `None` for an unused one.
     pub noise: Vec<Option<f64>>,
 }
 
-impl Tuning {
+impl FilterTuning {
     /// Standard deviations before the first row, SI: states, then parameters.
     pub fn start_stds(&self) -> Vec<f64> {
         self.states.iter().chain(&self.parameters).map(|walk| walk.start).collect()
@@ -101,7 +101,7 @@ pub struct FilterProblem<'a> {
     /// Start values that replace the model's, by position of the unknown, SI.
     pub start: Vec<(usize, f64)>,
     /// The algorithm that moves and corrects estimates.
-    pub estimator: Estimator,
+    pub estimator: FilterAlgorithm,
     /// Samples whose innovation exceeds this many of its standard deviations are ignored.
     pub gate: Option<f64>,
     /// Integrator options.
@@ -116,7 +116,7 @@ impl<'a> FilterProblem<'a> {
             p,
             free: vec![true; system.signature().directions.len()],
             start: Vec::new(),
-            estimator: Estimator::ExtendedKalman,
+            estimator: FilterAlgorithm::ExtendedKalman,
             gate: None,
             options: Options::default(),
         }
@@ -147,7 +147,7 @@ pub(super) fn states_of(system: &dyn Model) -> Vec<usize> {
 
 /// The readings at one time.
 #[derive(Debug, Clone, Copy)]
-pub struct Sample<'a> {
+pub struct FilterSample<'a> {
     /// Time, s.
     pub t: f64,
     /// Inputs as declared, SI; NaN for a missing one, which keeps its last value.
@@ -162,7 +162,10 @@ pub struct Sample<'a> {
 /// # Errors
 ///
 /// [`FilterError::Start`]: the sizes of states without declared nominal values are those of their start values.
-pub fn usual_tuning(problem: &FilterProblem<'_>, first: Sample<'_>) -> Result<Tuning, FilterError> {
+pub fn usual_tuning(
+    problem: &FilterProblem<'_>,
+    first: FilterSample<'_>,
+) -> Result<FilterTuning, FilterError> {
     let FilterProblem { system, p, start, options, .. } = problem;
     let signature = system.signature();
     verify_first_inputs(problem, first)?;
@@ -172,7 +175,7 @@ pub fn usual_tuning(problem: &FilterProblem<'_>, first: Sample<'_>) -> Result<Tu
     let mut sizes = vec![0.0; y.len()];
     unknown_sizes(system, &y, &mut sizes);
     let states = problem.states();
-    let state = |i: &usize| Walk {
+    let state = |i: &usize| RandomWalk {
         start: STATE_START * sizes[*i],
         rate: STATE_WALK * sizes[*i] / MINUTE.sqrt(),
     };
@@ -180,9 +183,9 @@ pub fn usual_tuning(problem: &FilterProblem<'_>, first: Sample<'_>) -> Result<Tu
         // A logarithm has size 1, and its derivative is the value.
         let log = signature.parameters[*i].log;
         let size = if log { p[*i].abs() } else { parameter_size(system, *i) };
-        Walk { start: PARAMETER_START * size, rate: PARAMETER_WALK * size / HOUR.sqrt() }
+        RandomWalk { start: PARAMETER_START * size, rate: PARAMETER_WALK * size / HOUR.sqrt() }
     };
-    Ok(Tuning {
+    Ok(FilterTuning {
         states: states.iter().map(state).collect(),
         parameters: problem.parameters().iter().map(parameter).collect(),
         noise: signature.outputs.iter().map(|output| output.noise).collect(),
@@ -192,7 +195,7 @@ pub fn usual_tuning(problem: &FilterProblem<'_>, first: Sample<'_>) -> Result<Tu
 /// Checks that all inputs have a value in the first row.
 pub(super) fn verify_first_inputs(
     problem: &FilterProblem<'_>,
-    first: Sample<'_>,
+    first: FilterSample<'_>,
 ) -> Result<(), FilterError> {
     let inputs = &problem.system.signature().inputs;
     match first.u.iter().position(|u| !u.is_finite()) {
@@ -204,11 +207,12 @@ pub(super) fn verify_first_inputs(
 /// Checks numbers that may come from a user.
 pub(super) fn verify_tuning(
     problem: &FilterProblem<'_>,
-    tuning: &Tuning,
+    tuning: &FilterTuning,
 ) -> Result<(), FilterError> {
     let signature = problem.system.signature();
-    let wrong =
-        |of: String, value, expected| Err(FilterError::Option(Missing { of, value, expected }));
+    let wrong = |of: String, value, expected| {
+        Err(FilterError::Option(OptionOutOfRange { of, value, expected }))
+    };
     for (output, noise) in signature.outputs.iter().zip(&tuning.noise) {
         if let Some(sigma) = *noise
             && !(sigma > 0.0 && sigma.is_finite())
@@ -233,17 +237,17 @@ pub(super) fn verify_tuning(
         return wrong("the gate".to_owned(), gate, "a positive number");
     }
     match problem.estimator {
-        Estimator::Recursive { forgetting_factor: factor, .. }
+        FilterAlgorithm::Recursive { forgetting_factor: factor, .. }
             if !(factor > 0.0 && factor <= 1.0) =>
         {
             wrong("the forgetting factor".to_owned(), factor, "above 0 and at most 1")
         }
-        Estimator::Recursive { most_covariance: most, .. } if most.is_nan() || most < 1.0 => {
+        FilterAlgorithm::Recursive { most_covariance: most, .. } if most.is_nan() || most < 1.0 => {
             wrong("the most covariance".to_owned(), most, "at least 1, in units of the first")
         }
-        Estimator::Unscented(spread) => {
+        FilterAlgorithm::Unscented(spread) => {
             spread.verify(problem.states().len() + problem.parameters().len())
         }
-        Estimator::ExtendedKalman | Estimator::Recursive { .. } => Ok(()),
+        FilterAlgorithm::ExtendedKalman | FilterAlgorithm::Recursive { .. } => Ok(()),
     }
 }

@@ -11,11 +11,11 @@
 //!
 //! If rows are dense, only some of them are nodes. Values beyond the longest delay are dropped.
 
-use dgd_runtime::for_identify::{Hat, NODES, Past, Seed};
+use dgd_runtime::for_identify::{HatFunction, HistoryPerturbation, NODES, PastSolution};
 use dgd_runtime::{Event, Solution};
 
-use super::coordinates::Coordinates;
-use super::interval::Interval;
+use super::coordinates::FilterCoordinates;
+use super::interval::TimeInterval;
 
 /// Number of nodes within the longest delay.
 const MOST_NODES: f64 = 60.0;
@@ -29,28 +29,28 @@ const AT_ONCE: f64 = 1e-7;
 
 /// The past of an estimate.
 #[derive(Debug, Clone)]
-pub(super) struct Remembered {
-    past: Past,
+pub(super) struct EstimateHistory {
+    past: PastSolution,
     /// Sizes of the unknowns.
     sizes: Vec<f64>,
     /// Times of the nodes, ascending; the last is the current time.
     nodes: Vec<f64>,
 }
 
-impl Remembered {
+impl EstimateHistory {
     /// The past of the unknowns at the positions `watched`; `sizes` has the sizes of all unknowns.
     pub(super) fn new(watched: &[usize], sizes: &[f64], t: f64, y: &[f64]) -> Self {
         let sizes = watched.iter().map(|i| sizes[*i]).collect();
-        Self { past: Past::new(watched.to_vec(), t, y), sizes, nodes: vec![t] }
+        Self { past: PastSolution::new(watched.to_vec(), t, y), sizes, nodes: vec![t] }
     }
 
-    pub(super) fn past(&self) -> &Past {
+    pub(super) fn past(&self) -> &PastSolution {
         &self.past
     }
 
     /// The earliest known time.
     pub(super) fn since(&self) -> f64 {
-        self.past.from()
+        self.past.known_from()
     }
 
     /// Positions of the unknowns.
@@ -74,9 +74,9 @@ impl Remembered {
         &self,
         delays: &[(usize, f64)],
         events: &[Event],
-        over: Interval,
+        over: TimeInterval,
     ) -> Vec<f64> {
-        let Interval { from, until } = over;
+        let TimeInterval { from, until } = over;
         let apart = (until - from) / (MOST_PIECES * PIECES) as f64;
         let kinks = delays.iter().flat_map(|(_, tau)| self.past.marks().map(move |t| t + tau));
         let mut ends: Vec<f64> =
@@ -171,17 +171,17 @@ impl Remembered {
         gone.iter().flat_map(|node| node * each..(node + 1) * each).collect()
     }
 
-    fn hat(&self, node: usize) -> Hat {
+    fn hat(&self, node: usize) -> HatFunction {
         let node_time = |node: usize| self.nodes.get(node).copied();
         let left = node.checked_sub(1).and_then(node_time);
-        Hat { left, top: self.nodes[node], right: node_time(node + 1) }
+        HatFunction { left, top: self.nodes[node], right: node_time(node + 1) }
     }
 
     /// Derivatives of one of the unknowns at a time with respect to each variable: positions and weights.
     pub(super) fn weights(&self, unknown: usize, t: f64) -> Vec<(usize, f64)> {
         let each = self.sizes.len();
         let weights = (0..self.nodes.len())
-            .map(|node| (node * each + unknown, self.hat(node).at(t) * self.sizes[unknown]));
+            .map(|node| (node * each + unknown, self.hat(node).evaluate(t) * self.sizes[unknown]));
         weights.filter(|(_, weight)| *weight != 0.0).collect()
     }
 
@@ -191,11 +191,11 @@ impl Remembered {
     }
 
     /// Positions of the variables that `delays`, pairs of unknown and delay, read between two times.
-    pub(super) fn read_between(&self, delays: &[(usize, f64)], over: Interval) -> Vec<usize> {
-        let Interval { from, until } = over;
+    pub(super) fn read_between(&self, delays: &[(usize, f64)], over: TimeInterval) -> Vec<usize> {
+        let TimeInterval { from, until } = over;
         let each = self.sizes.len();
         let is_read = |variable: &usize| {
-            let Hat { left, right, .. } = self.hat(variable / each);
+            let HatFunction { left, right, .. } = self.hat(variable / each);
             delays.iter().any(|&(unknown, tau)| {
                 unknown == variable % each
                     && left.is_none_or(|left| until - tau > left)
@@ -206,9 +206,9 @@ impl Remembered {
     }
 
     /// The past with the sensitivity to one variable in each direction, SI.
-    pub(super) fn seeded(&self, variables: &[usize]) -> Past {
+    pub(super) fn seeded(&self, variables: &[usize]) -> PastSolution {
         let each = self.sizes.len();
-        let seeds = variables.iter().enumerate().map(|(direction, variable)| Seed {
+        let seeds = variables.iter().enumerate().map(|(direction, variable)| HistoryPerturbation {
             direction,
             unknown: variable % each,
             hat: self.hat(variable / each),
@@ -231,7 +231,7 @@ impl Remembered {
     }
 
     /// Sets the end to the states given by the variables.
-    pub(super) fn end_at(&mut self, coordinates: &Coordinates, variables: &[f64]) {
+    pub(super) fn end_at(&mut self, coordinates: &FilterCoordinates, variables: &[f64]) {
         let mut steps = vec![0.0; self.len()];
         let present = *self.nodes.last().unwrap_or(&0.0);
         for unknown in 0..self.sizes.len() {

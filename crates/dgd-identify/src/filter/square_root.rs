@@ -37,7 +37,7 @@ pub(super) fn beside(left: &DMatrix<f64>, right: &DMatrix<f64>) -> DMatrix<f64> 
 }
 
 /// The result of a correction.
-pub(super) struct Corrected {
+pub(super) struct CorrectedEstimate {
     /// L⁺.
     pub root: DMatrix<f64>,
     /// K ε.
@@ -57,7 +57,7 @@ pub(super) fn correct(
     of_outputs: &DMatrix<f64>,
     of_variables: &DMatrix<f64>,
     innovation: &[f64],
-) -> Corrected {
+) -> CorrectedEstimate {
     let (m, n) = (sigma.len(), of_variables.nrows());
     let columns = of_variables.ncols();
     let mut array = DMatrix::zeros(m + n, m + columns);
@@ -76,7 +76,7 @@ pub(super) fn correct(
         log_det += 2.0 * l[(i, i)].ln();
     }
     let gain = l.view((m, 0), (n, m));
-    Corrected {
+    CorrectedEstimate {
         step: gain * &whitened,
         root: l.view((m, m), (n, n)).into(),
         whitened,

@@ -10,11 +10,11 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use super::error::{FilterError, Missing};
+use super::error::{FilterError, OptionOutOfRange};
 
 /// The spread of sigma points.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Spread {
+pub struct SigmaSpread {
     /// α: distance from the mean.
     pub alpha: f64,
     /// β: depends on the fourth moment; 2 for normal distributions.
@@ -23,14 +23,14 @@ pub struct Spread {
     pub kappa: f64,
 }
 
-impl Default for Spread {
+impl Default for SigmaSpread {
     /// α = 1, β = 2, κ = 0: no weight is negative, and solver errors are not amplified.
     fn default() -> Self {
         Self { alpha: 1.0, beta: 2.0, kappa: 0.0 }
     }
 }
 
-impl Spread {
+impl SigmaSpread {
     fn lambda(self, n: usize) -> f64 {
         self.alpha * self.alpha * (n as f64 + self.kappa) - n as f64
     }
@@ -41,7 +41,7 @@ impl Spread {
     pub(super) fn verify(self, n: usize) -> Result<(), FilterError> {
         let spread = n as f64 + self.lambda(n);
         let wrong = |of: &str, value, expected| {
-            Err(FilterError::Option(Missing { of: of.to_owned(), value, expected }))
+            Err(FilterError::Option(OptionOutOfRange { of: of.to_owned(), value, expected }))
         };
         if !(spread > 0.0 && spread.is_finite()) {
             return wrong("α² (n + κ) of the sigma points", spread, "a positive number");
@@ -98,7 +98,7 @@ mod tests {
     fn points_have_the_moments_that_they_were_drawn_for() {
         let x = [1.0, -2.0, 0.5];
         let root = DMatrix::from_row_slice(3, 3, &[2.0, 0.0, 0.0, 0.3, 1.0, 0.0, -1.0, 0.2, 0.1]);
-        for spread in [Spread::default(), Spread { alpha: 0.8, beta: 2.0, kappa: 1.0 }] {
+        for spread in [SigmaSpread::default(), SigmaSpread { alpha: 0.8, beta: 2.0, kappa: 1.0 }] {
             spread.verify(3).expect("no weight is below zero");
             let (mean, deviations) = spread.moments(&spread.points(&x, &root), 3);
             assert!((mean - DVector::from_column_slice(&x)).amax() < 1e-14);
@@ -106,13 +106,13 @@ mod tests {
                 (&deviations * deviations.transpose() - &root * root.transpose()).amax() < 1e-13
             );
         }
-        assert!(Spread { alpha: 1e-3, beta: 2.0, kappa: 0.0 }.verify(3).is_err());
+        assert!(SigmaSpread { alpha: 1e-3, beta: 2.0, kappa: 0.0 }.verify(3).is_err());
     }
 
     /// E x² of a normal deviate is m² + σ²: sigma points include the curvature that a linearisation misses.
     #[test]
     fn the_mean_of_a_square_is_exact() {
-        let spread = Spread::default();
+        let spread = SigmaSpread::default();
         let points = spread.points(&[3.0], &DMatrix::from_element(1, 1, 0.5));
         let squares = points.map(|x| x * x);
         let (mean, _) = spread.moments(&squares, 1);

@@ -15,7 +15,7 @@ const BEYOND: f64 = 4.75;
 
 /// A change in the consistency of the innovations.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Alarm {
+pub enum InnovationAlarm {
     /// They are persistently larger than the filter predicts.
     Diverged {
         /// Root of the mean normalised square: the factor by which they are larger.
@@ -29,14 +29,14 @@ pub enum Alarm {
 
 /// The last rows.
 #[derive(Debug, Clone, Default)]
-pub(super) struct Watch {
+pub(super) struct InnovationMonitor {
     last: VecDeque<(f64, usize)>,
     diverged: bool,
 }
 
-impl Watch {
+impl InnovationMonitor {
     /// Adds the normalised square of a row with `samples` samples.
-    pub(super) fn take(&mut self, square: f64, samples: usize) -> Option<Alarm> {
+    pub(super) fn take(&mut self, square: f64, samples: usize) -> Option<InnovationAlarm> {
         if samples == 0 {
             return None;
         }
@@ -57,7 +57,11 @@ impl Watch {
         }
         self.diverged = diverged;
         let ratio = (sum / samples as f64).sqrt();
-        Some(if diverged { Alarm::Diverged { ratio, rows: ROWS } } else { Alarm::Recovered })
+        Some(if diverged {
+            InnovationAlarm::Diverged { ratio, rows: ROWS }
+        } else {
+            InnovationAlarm::Recovered
+        })
     }
 }
 
@@ -73,15 +77,15 @@ mod tests {
 
     #[test]
     fn twice_the_expected_size_is_told_once_and_so_is_the_end() {
-        let mut watch = Watch::default();
-        let told = |watch: &mut Watch, square: f64| {
+        let mut watch = InnovationMonitor::default();
+        let told = |watch: &mut InnovationMonitor, square: f64| {
             (0..120).filter_map(|_| watch.take(square, 2)).collect::<Vec<_>>()
         };
         assert_eq!(told(&mut watch, 2.0), []);
-        assert!(matches!(told(&mut watch, 8.0)[..], [Alarm::Diverged { .. }]));
-        assert_eq!(told(&mut watch, 2.0), [Alarm::Recovered]);
+        assert!(matches!(told(&mut watch, 8.0)[..], [InnovationAlarm::Diverged { .. }]));
+        assert_eq!(told(&mut watch, 2.0), [InnovationAlarm::Recovered]);
         assert_eq!(told(&mut watch, f64::NAN).len(), 1);
-        assert_eq!(told(&mut watch, 2.0), [Alarm::Recovered]);
+        assert_eq!(told(&mut watch, 2.0), [InnovationAlarm::Recovered]);
         assert_eq!(watch.take(1e9, 2), None);
     }
 

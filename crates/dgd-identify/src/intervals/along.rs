@@ -3,8 +3,8 @@
 //! Steps are chosen so that √d, which is linear for a linear model, grows by a fifth of its threshold each; the
 //! crossing is then located by false position on √d.
 
-use crate::intervals::profile::{End, Profile, THRESHOLD};
-use crate::progress::{Of, Progress, Watch};
+use crate::intervals::profile::{Profile, ProfileEnd, THRESHOLD};
+use crate::progress::{Monitor, Progress, Total};
 
 /// √d grows by this fraction of its threshold in a step.
 const STEP: f64 = 0.2;
@@ -45,11 +45,11 @@ impl HeldMinimum {
 
 /// The minimum with the variable fixed at a value, searched from a point and one before or after it; `None` if none is
 /// found.
-pub(crate) type Held<'a> =
+pub(crate) type ConstrainedMinimum<'a> =
     dyn Fn(f64, &HeldMinimum, Option<&HeldMinimum>) -> Option<HeldMinimum> + 'a;
 
 /// The path of a profile: a variable of the order of 1, or a logarithm.
-pub(crate) struct Way<'a> {
+pub(crate) struct ProfilePath<'a> {
     /// Position of the variable.
     pub i: usize,
     /// The minimum.
@@ -61,7 +61,7 @@ pub(crate) struct Way<'a> {
     /// Standard deviation of the variable, if known.
     pub std: Option<f64>,
     /// Finds the minimum with the variable fixed.
-    pub place: &'a Held<'a>,
+    pub place: &'a ConstrainedMinimum<'a>,
     /// Whether to stop with the partial result.
     pub is_stopped: &'a dyn Fn() -> bool,
 }
@@ -69,7 +69,7 @@ pub(crate) struct Way<'a> {
 /// The profiles of some estimates, one by one; if cancelled, those that are complete.
 pub(crate) fn one_by_one(
     estimates: &[usize],
-    watch: &dyn Watch,
+    watch: &dyn Monitor,
     profile: impl Fn(usize) -> Profile,
 ) -> Vec<Profile> {
     let mut profiles = Vec::with_capacity(estimates.len());
@@ -80,38 +80,39 @@ pub(crate) fn one_by_one(
             break;
         }
         profiles.push(profile);
-        let total = Of::Exactly(estimates.len());
+        let total = Total::Exactly(estimates.len());
         watch.advanced(Progress { what: "profiles", done: profiles.len(), of: total });
     }
     profiles
 }
 
 /// One side of a profile.
-pub(crate) struct Arm {
+pub(crate) struct ProfileArm {
     /// From the minimum outwards, without the minimum.
     pub places: Vec<HeldMinimum>,
     /// Meaning of its end.
-    pub end: fn(f64) -> End,
+    pub end: fn(f64) -> ProfileEnd,
     /// Its end.
     pub at: HeldMinimum,
 }
 
-impl Way<'_> {
+impl ProfilePath<'_> {
     /// The side of the smaller (`sign` −1) or the larger values (1).
-    pub(crate) fn arm(&self, sign: f64) -> Arm {
+    pub(crate) fn arm(&self, sign: f64) -> ProfileArm {
         let start = self.centre[self.i];
         let (low, high) = self.bounds;
         let bound = if sign < 0.0 { low } else { high };
         let far =
             if sign < 0.0 { bound.max(start - self.reach) } else { bound.min(start + self.reach) };
-        let at_far: fn(f64) -> End = if far == bound { End::Bound } else { End::Open };
+        let at_far: fn(f64) -> ProfileEnd =
+            if far == bound { ProfileEnd::Bound } else { ProfileEnd::Open };
 
         let threshold = THRESHOLD.sqrt();
         let mut h = match self.std {
             Some(std) if std > 0.0 => (STEP * threshold * std).min(0.1 * self.reach),
             _ => 1e-2 * start.abs().max(1e-2),
         };
-        let mut arm = Arm {
+        let mut arm = ProfileArm {
             places: Vec::new(),
             end: at_far,
             at: HeldMinimum { z: self.centre.clone(), deviance: 0.0 },
@@ -125,7 +126,7 @@ impl Way<'_> {
             let Some(place) = (self.place)(next, &arm.at, before.as_ref()) else {
                 h *= 0.25;
                 if h < least_step {
-                    arm.end = End::Unsimulated;
+                    arm.end = ProfileEnd::Unsimulated;
                     return arm;
                 }
                 continue;
@@ -144,13 +145,13 @@ impl Way<'_> {
             arm.places.push(place);
         }
         if arm.at.z[self.i] != far {
-            arm.end = End::Open;
+            arm.end = ProfileEnd::Open;
         }
         arm
     }
 
     /// Locates the threshold between the end of an arm and a point beyond it.
-    fn crossing(&self, mut arm: Arm, beyond: HeldMinimum) -> Arm {
+    fn crossing(&self, mut arm: ProfileArm, beyond: HeldMinimum) -> ProfileArm {
         let threshold = THRESHOLD.sqrt();
         let (mut inside, mut outside) = (arm.at.clone(), beyond.clone());
         let (mut f_inside, mut f_outside) = (inside.root() - threshold, outside.root() - threshold);
@@ -179,7 +180,7 @@ impl Way<'_> {
         if beyond.z[self.i] != outside.z[self.i] {
             arm.places.push(beyond);
         }
-        arm.end = End::Interval;
+        arm.end = ProfileEnd::Interval;
         arm.at = outside;
         arm
     }

@@ -4,17 +4,17 @@ use dgd_runtime::Options;
 use dgd_runtime::model::Model;
 
 use crate::error::{EstimateError, TrialFailed};
-use crate::journal::{Digest, Journal, Kept, kept_success};
-use crate::minimise::trust_region::{Minimum, Region, StoppingRule, minimise_watched};
-use crate::noise::Noise;
+use crate::journal::{Digest, Journal, Journaled, kept_success};
+use crate::minimise::trust_region::{Minimum, StoppingRule, VariableRegion, minimise_watched};
+use crate::noise::NoiseSource;
 use crate::noise::loss::Loss;
 use crate::output_error::OutputErrorProblem;
 use crate::output_error::fit::Fit;
 use crate::output_error::prior::Prior;
-use crate::output_error::weighing::{Weighted, simulate_all, weigh};
-use crate::progress::Watch;
+use crate::output_error::weighing::{WeightedSums, simulate_all, weigh};
+use crate::progress::Monitor;
 use crate::recording::Recording;
-use crate::variables::{Variable, Variables};
+use crate::variables::{FitVariable, FitVariables};
 
 /// Accuracy of a rise of Σ ρ, in units of the residual variance per degree of freedom: its 95 % threshold is 3.8.
 const KNOWN: f64 = 1e-3;
@@ -22,28 +22,28 @@ const KNOWN: f64 = 1e-3;
 /// The problem to solve around a fit.
 ///
 /// It does not contain the system, so that threads can share it and have one each.
-pub(crate) struct Around<'a> {
+pub(crate) struct FitNeighbourhood<'a> {
     p: &'a [f64],
     free: Vec<bool>,
     recordings: &'a [Recording],
-    noise: Vec<Option<Noise>>,
+    noise: Vec<Option<NoiseSource>>,
     priors: Vec<Prior>,
     loss: Loss,
     options: Options,
-    pub variables: Variables,
+    pub variables: FitVariables,
     /// Estimates of the fit as variables.
     pub z: Vec<f64>,
     /// Bounds of the variables.
     pub bounds: Vec<(f64, f64)>,
     sigma: Vec<Option<f64>>,
     rule: StoppingRule,
-    pub watch: &'a dyn Watch,
+    pub watch: &'a dyn Monitor,
     pub journal: &'a dyn Journal,
     /// Digest of the problem, if a journal is used.
     pub of: Option<Digest>,
 }
 
-impl<'a> Around<'a> {
+impl<'a> FitNeighbourhood<'a> {
     /// With at most this many simulations for each solution.
     pub(crate) fn new(
         problem: &OutputErrorProblem<'a>,
@@ -51,9 +51,9 @@ impl<'a> Around<'a> {
         evaluations: usize,
     ) -> Result<Self, EstimateError> {
         let (variables, _) =
-            Variables::new(problem.system, problem.p, problem.recordings, &problem.free)?;
+            FitVariables::new(problem.system, problem.p, problem.recordings, &problem.free)?;
         assert_eq!(variables.len(), fit.estimates.len(), "the fit is that of the problem");
-        let bounds: Vec<(f64, f64)> = variables.all.iter().map(Variable::bounds).collect();
+        let bounds: Vec<(f64, f64)> = variables.all.iter().map(FitVariable::bounds).collect();
         let z = variables.all.iter().zip(&fit.estimates).zip(&bounds);
         let z = z.map(|((variable, estimate), (low, high))| {
             variable.variable(estimate.value).clamp(*low, *high)
@@ -87,13 +87,13 @@ impl<'a> Around<'a> {
                 let loss = problem.loss;
                 let problem = (problem.p, &problem.free, problem.recordings, &problem.priors);
                 let fit = (&fit.estimates, &fit.noise, fit.stepping, &fit.starts);
-                digest.of(&problem).of(&loss).of(&fit).of(&evaluations)
+                digest.debug(&problem).debug(&loss).debug(&fit).debug(&evaluations)
             }),
         })
     }
 
     /// A result around the fit, from the journal or computed.
-    pub(crate) fn kept<T: Kept, E>(
+    pub(crate) fn kept<T: Journaled, E>(
         &self,
         arguments: impl FnOnce(Digest) -> Digest,
         compute: impl FnOnce() -> Result<T, E>,
@@ -122,7 +122,7 @@ impl<'a> Around<'a> {
         &self,
         problem: &OutputErrorProblem<'_>,
         z: &[f64],
-    ) -> Result<Weighted, TrialFailed> {
+    ) -> Result<WeightedSums, TrialFailed> {
         let sums = simulate_all(problem, &self.variables, z, &self.sigma)?;
         Ok(weigh(problem, &self.variables, z, &self.sigma, sums))
     }
@@ -134,10 +134,10 @@ impl<'a> Around<'a> {
         problem: &OutputErrorProblem<'_>,
         z: Vec<f64>,
         bounds: &[(f64, f64)],
-    ) -> Result<Minimum<Weighted, TrialFailed>, TrialFailed> {
+    ) -> Result<Minimum<WeightedSums, TrialFailed>, TrialFailed> {
         let evaluated = self.evaluated(problem, &z)?;
         let reach = self.variables.reach();
-        let region = Region { bounds, reach: &reach, leading: self.variables.n_shared };
+        let region = VariableRegion { bounds, reach: &reach, leading: self.variables.n_shared };
         Ok(minimise_watched(z, evaluated, region, &self.rule, self.watch, |z| {
             self.evaluated(problem, z)
         }))

@@ -22,15 +22,15 @@ use dgd_runtime::parallel::in_parallel_by_model;
 use dgd_runtime::signature::PriorDensity;
 
 use crate::error::{EstimateError, TrialFailed};
-use crate::intervals::around::Around;
+use crate::intervals::around::FitNeighbourhood;
 use crate::journal::Digest;
 use crate::minimise::trust_region::Termination;
 use crate::output_error::OutputErrorProblem;
 use crate::output_error::fit::Fit;
 use crate::output_error::weighing::effective_priors;
-use crate::progress::{Of, Progress};
+use crate::progress::{Progress, Total};
 use crate::random::Uniform;
-use crate::recording::{Derivatives, Recording, outputs_of};
+use crate::recording::{DerivativeUse, Recording, outputs_of};
 
 /// Limit on the simulations of a refit, which starts near its minimum.
 const MOST_EVALUATIONS: usize = 40;
@@ -103,7 +103,7 @@ pub fn bootstrap<G: FnMut() -> u64>(
     replicates: usize,
     random: impl Fn(usize) -> G + Sync,
 ) -> Result<Bootstrap, EstimateError> {
-    let around = Around::new(problem, fit, MOST_EVALUATIONS)?;
+    let around = FitNeighbourhood::new(problem, fit, MOST_EVALUATIONS)?;
     let data = fit.samples + effective_priors(problem, &around.variables);
     let spread = (data as f64 / fit.degrees_of_freedom.max(1) as f64).sqrt();
     let unwatched = around.problem(problem.system).unwatched();
@@ -112,22 +112,28 @@ pub fn bootstrap<G: FnMut() -> u64>(
         let options = &unwatched.options;
         let starts = &fit.starts[r];
         let simulated =
-            outputs_of(problem.system, recording, &fit.p, starts, options, Derivatives::No)
+            outputs_of(problem.system, recording, &fit.p, starts, options, DerivativeUse::No)
                 .map_err(|reason| EstimateError::Start(TrialFailed { recording: r, reason }))?;
         let of_output = |i: usize| {
             let sigma = fit.noise[i]?;
-            let weight = |e: f64| problem.loss.at(e / sigma).weight;
+            let weight = |e: f64| problem.loss.evaluate(e / sigma).weight;
             let samples: Vec<(usize, f64)> = recording.counted(i).collect();
-            Channel::new(recording.times.len(), &samples, |k| simulated.w(k)[i], weight, spread)
+            ResampledOutput::new(
+                recording.times.len(),
+                &samples,
+                |k| simulated.w(k)[i],
+                weight,
+                spread,
+            )
         };
-        sources.push(Source::new(recording, (0..fit.noise.len()).map(of_output).collect()));
+        sources.push(ResampleSource::new(recording, (0..fit.noise.len()).map(of_output).collect()));
     }
 
     let done = AtomicUsize::new(0);
     // `None` if no minimum was reached.
-    let refit = |system: &dyn Model, k: usize| -> Result<Option<Vec<f64>>, LeftOut> {
+    let refit = |system: &dyn Model, k: usize| -> Result<Option<Vec<f64>>, IncompleteRefit> {
         if around.watch.is_stopped() {
-            return Err(LeftOut);
+            return Err(IncompleteRefit);
         }
         let mut uniform = Uniform(random(k));
         let recordings: Vec<Recording> =
@@ -144,21 +150,21 @@ pub fn bootstrap<G: FnMut() -> u64>(
                 let variables = around.variables.all.iter().zip(&minimum.x);
                 Ok(Some(variables.map(|(variable, z)| variable.value(*z)).collect()))
             }
-            Ok(minimum) if minimum.termination == Termination::Stopped => Err(LeftOut),
+            Ok(minimum) if minimum.termination == Termination::Stopped => Err(IncompleteRefit),
             // A cancelled refit fails as well.
-            Ok(_) | Err(_) if around.watch.is_stopped() => Err(LeftOut),
+            Ok(_) | Err(_) if around.watch.is_stopped() => Err(IncompleteRefit),
             Ok(_) | Err(_) => Ok(None),
         }
     };
     let refits = in_parallel_by_model(problem.system, replicates, problem.threads, |system, k| {
         let drawn = |digest: Digest| {
             let mut numbers = random(k);
-            digest.of(&("refit", numbers(), numbers()))
+            digest.debug(&("refit", numbers(), numbers()))
         };
         let refit = around.kept(drawn, || refit(system, k));
         if refit.is_ok() {
             let done = done.fetch_add(1, Ordering::Relaxed) + 1;
-            let total = Of::Exactly(replicates);
+            let total = Total::Exactly(replicates);
             around.watch.advanced(Progress { what: "resampled data sets", done, of: total });
         }
         refit
@@ -173,25 +179,25 @@ pub fn bootstrap<G: FnMut() -> u64>(
         match refit {
             Ok(Some(estimates)) => bootstrap.replicates.push(estimates),
             Ok(None) => bootstrap.failures += 1,
-            Err(LeftOut) => bootstrap.left_out += 1,
+            Err(IncompleteRefit) => bootstrap.left_out += 1,
         }
     }
     Ok(bootstrap)
 }
 
 /// A refit that was not completed.
-struct LeftOut;
+struct IncompleteRefit;
 
 /// The source of resampled data for one recording.
-struct Source<'a> {
+struct ResampleSource<'a> {
     recording: &'a Recording,
-    channels: Vec<Option<Channel>>,
+    channels: Vec<Option<ResampledOutput>>,
     /// Mean length of a block, in rows.
     block_length: f64,
 }
 
 /// One output of one recording.
-struct Channel {
+struct ResampledOutput {
     /// Positions of the samples that count.
     positions: Vec<usize>,
     /// Simulated values of the fit at these samples, SI.
@@ -207,7 +213,7 @@ struct Channel {
 /// A gap is a distance between samples of more than this multiple of the usual one.
 const GAP: usize = 2;
 
-impl Channel {
+impl ResampledOutput {
     /// `None` without samples.
     fn new(
         len: usize,
@@ -272,9 +278,10 @@ impl Channel {
     }
 }
 
-impl<'a> Source<'a> {
-    fn new(recording: &'a Recording, channels: Vec<Option<Channel>>) -> Self {
-        let block_length = channels.iter().flatten().map(Channel::block_length).fold(1.0, f64::max);
+impl<'a> ResampleSource<'a> {
+    fn new(recording: &'a Recording, channels: Vec<Option<ResampledOutput>>) -> Self {
+        let block_length =
+            channels.iter().flatten().map(ResampledOutput::block_length).fold(1.0, f64::max);
         Self { recording, channels, block_length }
     }
 

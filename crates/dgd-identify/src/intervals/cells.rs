@@ -10,12 +10,12 @@
 //! so that a recording at rest before and after a transient is divided within the transient.
 
 use dgd_runtime::for_identify::can_stream;
-use dgd_runtime::model::{Model, Samples, stream};
+use dgd_runtime::model::{Model, SampleReceiver, stream};
 use dgd_runtime::{Options, Problem};
 
 use crate::error::TrialFailure;
 use crate::noise::loss::Loss;
-use crate::recording::{Column, Derivatives, Recording, outputs_of, write_slopes};
+use crate::recording::{DerivativeUse, DirectionColumn, Recording, outputs_of, write_slopes};
 
 /// Number of parts that recordings are divided into. A standard deviation of ten numbers is accurate to a quarter; more
 /// parts would each determine the parameters less well, and tell no more about model errors.
@@ -29,7 +29,7 @@ const MOST_NUMBERS: usize = 1 << 22;
 
 /// Consecutive samples of one recording.
 #[derive(Debug, Clone)]
-pub(crate) struct Cell {
+pub(crate) struct SampleCell {
     pub recording: usize,
     /// Time of the first sample and of the last, s.
     pub from: f64,
@@ -40,7 +40,7 @@ pub(crate) struct Cell {
     pub information: Vec<f64>,
 }
 
-impl Cell {
+impl SampleCell {
     /// Adds a sample: its error e and ∂e/∂z.
     fn add(&mut self, e: f64, slopes: &[f64], weight: f64) {
         let mut place = self.information.iter_mut();
@@ -65,9 +65,9 @@ impl Cell {
 
 /// Contributions of a recording: by consecutive samples, and by outputs.
 #[derive(Debug, Clone)]
-pub(crate) struct Divided {
-    pub cells: Vec<Cell>,
-    pub outputs: Vec<Cell>,
+pub(crate) struct CellSums {
+    pub cells: Vec<SampleCell>,
+    pub outputs: Vec<SampleCell>,
 }
 
 /// Number of cells of each recording, given its number of variables.
@@ -84,7 +84,7 @@ pub(crate) fn cells_of(recordings: &[Recording], own: usize) -> Vec<usize> {
 
 /// Weights of samples.
 #[derive(Clone, Copy)]
-pub(crate) struct Weights<'a> {
+pub(crate) struct SampleWeights<'a> {
     /// σ of each output, SI; `None` if it is not fitted.
     pub sigma: &'a [Option<f64>],
     pub loss: Loss,
@@ -103,19 +103,19 @@ pub(crate) fn cells(
     system: &dyn Model,
     (r, recording): (usize, &Recording),
     at: SimulatedAt<'_>,
-    columns: &[Column],
-    weights: Weights<'_>,
+    columns: &[DirectionColumn],
+    weights: SampleWeights<'_>,
     n: usize,
-) -> Result<Divided, TrialFailure> {
+) -> Result<CellSums, TrialFailure> {
     let SimulatedAt { p, start, options } = at;
-    let mut filling = Filling::new((r, recording), columns, weights, n);
+    let mut filling = CellAccumulator::new((r, recording), columns, weights, n);
     let problem = Problem { system: &system, p, inputs: &recording.inputs, start };
     if recording.linear.is_none() && can_stream(&problem, options) {
         stream(&problem, &recording.times, options, &mut filling)
             .map_err(TrialFailure::Simulation)?;
         return Ok(filling.divided);
     }
-    let simulated = outputs_of(system, recording, p, start, options, Derivatives::Yes)?;
+    let simulated = outputs_of(system, recording, p, start, options, DerivativeUse::Yes)?;
     for k in 0..recording.times.len() {
         if filling.wants(k) {
             filling.take(k, simulated.w(k), simulated.dw(k));
@@ -125,25 +125,25 @@ pub(crate) fn cells(
 }
 
 /// Adds samples to their cells.
-struct Filling<'a> {
+struct CellAccumulator<'a> {
     recording: &'a Recording,
     /// Samples before this one do not count.
     first: usize,
-    columns: &'a [Column],
-    weights: Weights<'a>,
+    columns: &'a [DirectionColumn],
+    weights: SampleWeights<'a>,
     slopes: Vec<f64>,
-    divided: Divided,
+    divided: CellSums,
 }
 
-impl<'a> Filling<'a> {
+impl<'a> CellAccumulator<'a> {
     fn new(
         (r, recording): (usize, &'a Recording),
-        columns: &'a [Column],
-        weights: Weights<'a>,
+        columns: &'a [DirectionColumn],
+        weights: SampleWeights<'a>,
         n: usize,
     ) -> Self {
         let (times, own) = (&recording.times, columns.len());
-        let cell = |from: usize, until: usize| Cell {
+        let cell = |from: usize, until: usize| SampleCell {
             recording: r,
             from: times.get(from).copied().unwrap_or(f64::NAN),
             until: times.get(until.wrapping_sub(1)).copied().unwrap_or(f64::NAN),
@@ -152,7 +152,7 @@ impl<'a> Filling<'a> {
         };
         let rows = times.len();
         let part = |c: usize| cell((c * rows).div_ceil(n), ((c + 1) * rows).div_ceil(n));
-        let divided = Divided {
+        let divided = CellSums {
             cells: (0..if rows > 0 { n } else { 0 }).map(part).collect(),
             outputs: vec![cell(0, rows); weights.sigma.len()],
         };
@@ -167,7 +167,7 @@ fn measured(recording: &Recording, output: usize, k: usize) -> Option<f64> {
     samples.get(k).copied().filter(|value| value.is_finite())
 }
 
-impl Samples for Filling<'_> {
+impl SampleReceiver for CellAccumulator<'_> {
     fn wants(&mut self, k: usize) -> bool {
         let outputs = 0..self.weights.sigma.len();
         k >= self.first
@@ -175,7 +175,7 @@ impl Samples for Filling<'_> {
     }
 
     fn take(&mut self, k: usize, w: &[f64], dw: &[f64]) {
-        let Divided { cells, outputs } = &mut self.divided;
+        let CellSums { cells, outputs } = &mut self.divided;
         let cell = k * cells.len() / self.recording.times.len();
         for (output, sigma) in self.weights.sigma.iter().enumerate() {
             let measured = measured(self.recording, output, k);
@@ -185,7 +185,7 @@ impl Samples for Filling<'_> {
             if !e.is_finite() || self.slopes.iter().any(|slope| !slope.is_finite()) {
                 continue;
             }
-            let weight = self.weights.loss.at(e / sigma).weight / (sigma * sigma);
+            let weight = self.weights.loss.evaluate(e / sigma).weight / (sigma * sigma);
             cells[cell].add(e, &self.slopes, weight);
             outputs[output].add(e, &self.slopes, weight);
         }

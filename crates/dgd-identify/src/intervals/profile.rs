@@ -21,16 +21,16 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use dgd_runtime::parallel::in_parallel_by_model;
 
 use crate::error::EstimateError;
-use crate::intervals::along::{HeldMinimum, Way};
-use crate::intervals::around::Around;
-use crate::journal::Kept;
+use crate::intervals::along::{HeldMinimum, ProfilePath};
+use crate::intervals::around::FitNeighbourhood;
+use crate::journal::Journaled;
 use crate::keep_by_fields;
 use crate::minimise::trust_region::Termination;
 use crate::output_error::OutputErrorProblem;
 use crate::output_error::fit::Fit;
-use crate::progress::{Of, Progress};
-use crate::uncertainty::Term;
-use crate::variables::Scale;
+use crate::progress::{Progress, Total};
+use crate::uncertainty::CombinationTerm;
+use crate::variables::VariableScale;
 
 /// χ²₁(0.95), the rise of the deviance at the ends of a 95 % interval.
 pub const THRESHOLD: f64 = 3.841_458_820_694_124;
@@ -52,7 +52,7 @@ const STAYS: f64 = 1e-3;
 
 /// The end of one side of a profile.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub enum End {
+pub enum ProfileEnd {
     /// The deviance reaches its threshold at this value, SI: an end of the interval.
     Interval(f64),
     /// Not below the parameter's bound, this value.
@@ -63,7 +63,7 @@ pub enum End {
     Unsimulated(f64),
 }
 
-impl End {
+impl ProfileEnd {
     /// The value, whatever its meaning.
     pub fn value(self) -> f64 {
         match self {
@@ -75,7 +75,7 @@ impl End {
     }
 }
 
-impl Kept for End {
+impl Journaled for ProfileEnd {
     fn write(&self, bytes: &mut Vec<u8>) {
         let kind: usize = match self {
             Self::Interval(_) => 0,
@@ -103,18 +103,18 @@ pub struct Profile {
     /// d of each. A negative one means that the fit missed the minimum.
     pub deviance: Vec<f64>,
     /// The lower end.
-    pub lower: End,
+    pub lower: ProfileEnd,
     /// The upper end.
-    pub upper: End,
+    pub upper: ProfileEnd,
     /// All estimates at the lower end, SI.
     pub at_lower: Vec<f64>,
     /// All estimates at the upper end, SI.
     pub at_upper: Vec<f64>,
     /// The other estimates that compensate for this one at the lower end, with their changes relative to their sizes.
     /// Empty if they do not change.
-    pub with_lower: Vec<Term>,
+    pub with_lower: Vec<CombinationTerm>,
     /// The compensating estimates at the upper end.
-    pub with_upper: Vec<Term>,
+    pub with_upper: Vec<CombinationTerm>,
     /// Evaluations of all recordings.
     pub evaluations: usize,
 }
@@ -135,9 +135,9 @@ keep_by_fields!(Profile {
 impl Profile {
     /// The 95 % interval, SI; `None` for an unbounded side. A parameter's bound also ends it.
     pub fn interval(&self) -> (Option<f64>, Option<f64>) {
-        let end = |end: End| match end {
-            End::Interval(value) | End::Bound(value) => Some(value),
-            End::Open(_) | End::Unsimulated(_) => None,
+        let end = |end: ProfileEnd| match end {
+            ProfileEnd::Interval(value) | ProfileEnd::Bound(value) => Some(value),
+            ProfileEnd::Open(_) | ProfileEnd::Unsimulated(_) => None,
         };
         (end(self.lower), end(self.upper))
     }
@@ -145,7 +145,7 @@ impl Profile {
     /// The profile along a path. `value` converts a variable to the estimate, SI; `sizes` are the scales of changes of
     /// the estimates, SI.
     pub(crate) fn along(
-        way: &Way<'_>,
+        way: &ProfilePath<'_>,
         value: impl Fn(usize, f64) -> f64,
         sizes: &[f64],
         evaluations: &Cell<usize>,
@@ -177,13 +177,14 @@ impl Profile {
 }
 
 /// The other estimates that changed with the i-th.
-fn followers(i: usize, of_fit: &[f64], at: &[f64], sizes: &[f64]) -> Vec<Term> {
+fn followers(i: usize, of_fit: &[f64], at: &[f64], sizes: &[f64]) -> Vec<CombinationTerm> {
     // An estimate may be zero, but not its size.
     let change = |j: usize| (at[j] - of_fit[j]) / sizes[j];
     let others = (0..at.len()).filter(|j| *j != i);
-    let terms: Vec<Term> = others.map(|j| Term { estimate: j, change: change(j) }).collect();
+    let terms: Vec<CombinationTerm> =
+        others.map(|j| CombinationTerm { estimate: j, change: change(j) }).collect();
     let largest = terms.iter().map(|term| term.change.abs()).fold(0.0, f64::max);
-    let counts = |term: &Term| term.change.abs() > (TAKES_PART * largest).max(STAYS);
+    let counts = |term: &CombinationTerm| term.change.abs() > (TAKES_PART * largest).max(STAYS);
     terms.into_iter().filter(counts).collect()
 }
 
@@ -202,7 +203,7 @@ pub fn profiles(
     fit: &Fit,
     estimates: &[usize],
 ) -> Result<Vec<Profile>, EstimateError> {
-    let around = Around::new(problem, fit, MOST_EVALUATIONS)?;
+    let around = FitNeighbourhood::new(problem, fit, MOST_EVALUATIONS)?;
     let first = around
         .evaluated(&around.problem(problem.system).unwatched(), &around.z)
         .map_err(EstimateError::Start)?;
@@ -212,9 +213,9 @@ pub fn profiles(
         in_parallel_by_model(problem.system, estimates.len(), problem.threads, |system, k| {
             let problem = around.problem(system);
             let (i, worth) = (estimates[k], fit.worth(estimates[k]));
-            let along = Along { around: &around, problem: &problem, i, least, worth };
+            let along = EstimateProfile { around: &around, problem: &problem, i, least, worth };
             let profile = around.kept(
-                |digest| digest.of(&("profile", estimates[k])),
+                |digest| digest.debug(&("profile", estimates[k])),
                 || {
                     let profile = along.profile(fit);
                     // A result that was found before this check may be incomplete.
@@ -227,7 +228,7 @@ pub fn profiles(
             );
             let profile = profile.ok()?;
             let done = done.fetch_add(1, Ordering::Relaxed) + 1;
-            let total = Of::Exactly(estimates.len());
+            let total = Total::Exactly(estimates.len());
             around.watch.advanced(Progress { what: "profiles", done, of: total });
             Some(profile)
         });
@@ -252,8 +253,8 @@ pub fn profile(
 }
 
 /// The profile along one estimate.
-struct Along<'a> {
-    around: &'a Around<'a>,
+struct EstimateProfile<'a> {
+    around: &'a FitNeighbourhood<'a>,
     problem: &'a OutputErrorProblem<'a>,
     i: usize,
     /// Σ ρ(e/σ) of the fit.
@@ -262,16 +263,16 @@ struct Along<'a> {
     worth: f64,
 }
 
-impl Along<'_> {
+impl EstimateProfile<'_> {
     fn profile(&self, fit: &Fit) -> Profile {
         let start = self.around.z[self.i];
         let variables = &self.around.variables.all;
         let reach = match variables[self.i].scale {
-            Scale::Linear(_) => FAR * start.abs().max(1.0),
-            Scale::Logarithm => FAR_LOGARITHM,
+            VariableScale::Linear(_) => FAR * start.abs().max(1.0),
+            VariableScale::Logarithm => FAR_LOGARITHM,
         };
         let evaluations = Cell::new(0);
-        let way = Way {
+        let way = ProfilePath {
             i: self.i,
             centre: self.around.z.clone(),
             bounds: self.around.bounds[self.i],

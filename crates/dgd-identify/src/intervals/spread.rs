@@ -29,12 +29,14 @@ use dgd_runtime::{Direction, Options};
 use nalgebra::{Cholesky, DMatrix, DVector, SymmetricEigen};
 
 use crate::error::{EstimateError, TrialFailed};
-use crate::intervals::cells::{Cell, Divided, SimulatedAt, Weights, cells, cells_of, parts};
-use crate::noise::Noise;
+use crate::intervals::cells::{
+    CellSums, SampleCell, SampleWeights, SimulatedAt, cells, cells_of, parts,
+};
+use crate::noise::NoiseSource;
 use crate::output_error::OutputErrorProblem;
 use crate::output_error::fit::{Fit, unseen};
-use crate::uncertainty::Estimate;
-use crate::variables::Variables;
+use crate::uncertainty::ParameterEstimate;
+use crate::variables::FitVariables;
 
 /// Minimum number of parts for a meaningful spread.
 const LEAST_PARTS: usize = 4;
@@ -47,7 +49,7 @@ const RIDGE: f64 = 1e-9;
 
 /// A part of the recordings.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Part {
+pub struct JackknifeBlock {
     /// The first and the last recording with samples in it.
     pub recordings: [usize; 2],
     /// Start time in the first recording and end time in the last, s.
@@ -58,9 +60,9 @@ pub struct Part {
 
 /// The spread of estimates between parts of the recordings.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Spread {
+pub struct Jackknife {
     /// The parts, in order.
-    pub parts: Vec<Part>,
+    pub parts: Vec<JackknifeBlock>,
     /// For each estimate, the standard deviation between single parts combined with its shift without one of the
     /// outputs, SI; `None` for start values, at a bound, and if it is not determined, or depends on one part.
     pub std: Vec<Option<f64>>,
@@ -74,7 +76,7 @@ pub struct SpreadAt<'a> {
     /// All parameters, SI.
     pub p: &'a [f64],
     /// The estimates. Parameters without derivatives are not among them.
-    pub estimates: &'a [Estimate],
+    pub estimates: &'a [ParameterEstimate],
     /// σ of each output, SI; `None` if it was not fitted.
     pub sigma: &'a [Option<f64>],
 }
@@ -88,9 +90,10 @@ impl Fit {
     pub fn spread(
         &self,
         problem: &OutputErrorProblem<'_>,
-    ) -> Result<Option<Spread>, EstimateError> {
+    ) -> Result<Option<Jackknife>, EstimateError> {
         // Parts are weighted by σ of outputs, but single samples may have their own.
-        let is_likelihood = |noise: &Option<Noise>| noise.is_some_and(Noise::is_likelihood);
+        let is_likelihood =
+            |noise: &Option<NoiseSource>| noise.is_some_and(NoiseSource::is_likelihood);
         if problem.noise.iter().any(is_likelihood) {
             return Ok(None);
         }
@@ -108,15 +111,16 @@ impl Fit {
 pub fn spread(
     problem: &OutputErrorProblem<'_>,
     at: SpreadAt<'_>,
-) -> Result<Option<Spread>, EstimateError> {
+) -> Result<Option<Jackknife>, EstimateError> {
     let SpreadAt { p, estimates, sigma } = at;
     let directions = &problem.system.signature().directions;
     let is_estimated = |of: &Direction| estimates.iter().any(|estimate| estimate.of == *of);
     let free: Vec<bool> = directions.iter().map(is_estimated).collect();
-    let (variables, mut z) = Variables::new(problem.system, p, problem.recordings, &free)?;
+    let (variables, mut z) = FitVariables::new(problem.system, p, problem.recordings, &free)?;
     let estimate_of = |i: usize| {
         let variable = &variables.all[i];
-        let is_own = |e: &Estimate| e.of == variable.of && e.recording == variable.recording;
+        let is_own =
+            |e: &ParameterEstimate| e.of == variable.of && e.recording == variable.recording;
         estimates.iter().position(is_own)
     };
     let places: Vec<Option<usize>> = (0..variables.len()).map(estimate_of).collect();
@@ -127,10 +131,10 @@ pub fn spread(
         z[i] = variables.all[i].variable(estimate.value);
     }
 
-    let differentiated = Differentiated { variables: &variables, z: &z };
+    let differentiated = DifferentiatedVariables { variables: &variables, z: &z };
     let [cells, by_output] = all_cells(problem, &differentiated, p, sigma)?;
     let Some(seen) =
-        Seen::new(&differentiated.priors(problem, p, &cells), &is_fixed, problem.options)
+        Whitening::new(&differentiated.priors(problem, p, &cells), &is_fixed, problem.options)
     else {
         return Ok(None);
     };
@@ -144,18 +148,18 @@ pub fn spread(
     if runs.len() < LEAST_PARTS {
         return Ok(None);
     }
-    let without: Vec<Without> =
+    let without: Vec<LeaveOneOut> =
         runs.iter().map(|run| seen.without(&differentiated, &cells[run.clone()])).collect();
     // Cells of one output each, in the order of recordings and outputs.
     let without_output = |output: usize| {
-        let cells_of_output: Vec<Cell> =
+        let cells_of_output: Vec<SampleCell> =
             by_output.iter().skip(output).step_by(sigma.len()).cloned().collect();
         seen.without(&differentiated, &cells_of_output)
     };
     let fitted = (0..sigma.len()).filter(|output| sigma[*output].is_some());
-    let without_outputs: Vec<Without> = fitted.map(without_output).collect();
-    let mut spread = Spread {
-        parts: runs.iter().map(|run| Part::of(&cells[run.clone()])).collect(),
+    let without_outputs: Vec<LeaveOneOut> = fitted.map(without_output).collect();
+    let mut spread = Jackknife {
+        parts: runs.iter().map(|run| JackknifeBlock::from_cells(&cells[run.clone()])).collect(),
         std: vec![None; estimates.len()],
         rests_on: vec![None; estimates.len()],
     };
@@ -183,31 +187,36 @@ fn of_pseudo_values(moved: impl ExactSizeIterator<Item = f64> + Clone) -> f64 {
     (squares / (n - 1.0)).sqrt()
 }
 
-impl Part {
+impl JackknifeBlock {
     /// A part of consecutive cells.
-    fn of(cells: &[Cell]) -> Part {
+    fn from_cells(cells: &[SampleCell]) -> JackknifeBlock {
         let (first, last) = (&cells[0], &cells[cells.len() - 1]);
-        Part { recordings: [first.recording, last.recording], from: first.from, until: last.until }
+        JackknifeBlock {
+            recordings: [first.recording, last.recording],
+            from: first.from,
+            until: last.until,
+        }
     }
 }
 
 /// Variables with their values.
-struct Differentiated<'a> {
-    variables: &'a Variables,
+struct DifferentiatedVariables<'a> {
+    variables: &'a FitVariables,
     z: &'a [f64],
 }
 
 /// Information and gradient over all variables.
-struct Normal {
+struct JackknifeEquations {
     information: DMatrix<f64>,
     gradient: DVector<f64>,
 }
 
-impl Differentiated<'_> {
+impl DifferentiatedVariables<'_> {
     /// The sum over some cells.
-    fn sum(&self, cells: &[Cell]) -> Normal {
+    fn sum(&self, cells: &[SampleCell]) -> JackknifeEquations {
         let n = self.variables.len();
-        let mut sum = Normal { information: DMatrix::zeros(n, n), gradient: DVector::zeros(n) };
+        let mut sum =
+            JackknifeEquations { information: DMatrix::zeros(n, n), gradient: DVector::zeros(n) };
         for cell in cells {
             let position = |i: usize| self.variables.position(cell.recording, i);
             let mut place = cell.information.iter();
@@ -224,7 +233,12 @@ impl Differentiated<'_> {
     }
 
     /// The sum over all cells and priors.
-    fn priors(&self, problem: &OutputErrorProblem<'_>, p: &[f64], cells: &[Cell]) -> Normal {
+    fn priors(
+        &self,
+        problem: &OutputErrorProblem<'_>,
+        p: &[f64],
+        cells: &[SampleCell],
+    ) -> JackknifeEquations {
         let mut sum = self.sum(cells);
         let p = self.variables.parameters(p, self.z);
         let terms =
@@ -240,14 +254,14 @@ impl Differentiated<'_> {
 /// Cells of all recordings, and contributions of each output of each recording.
 fn all_cells(
     problem: &OutputErrorProblem<'_>,
-    of: &Differentiated<'_>,
+    of: &DifferentiatedVariables<'_>,
     p: &[f64],
     sigma: &[Option<f64>],
-) -> Result<[Vec<Cell>; 2], EstimateError> {
+) -> Result<[Vec<SampleCell>; 2], EstimateError> {
     let OutputErrorProblem { system, recordings, options, threads, .. } = problem;
-    let Differentiated { variables, z, .. } = of;
+    let DifferentiatedVariables { variables, z, .. } = of;
     let numbers = cells_of(recordings, variables.n_shared + variables.n_start);
-    let weights = Weights { sigma, loss: problem.loss };
+    let weights = SampleWeights { sigma, loss: problem.loss };
     let results = in_parallel_by_model(*system, recordings.len(), *threads, |system, r| {
         let start = variables.starts(r, &recordings[r].start, z);
         let point = SimulatedAt { p, start: &start, options };
@@ -256,7 +270,7 @@ fn all_cells(
     let mut divided = [Vec::new(), Vec::new()];
     for (recording, result) in results.into_iter().enumerate() {
         let failed = |reason| EstimateError::Start(TrialFailed { recording, reason });
-        let Divided { cells, outputs } = result.map_err(failed)?;
+        let CellSums { cells, outputs } = result.map_err(failed)?;
         divided[0].extend(cells);
         divided[1].extend(outputs);
     }
@@ -264,7 +278,7 @@ fn all_cells(
 }
 
 /// Coordinates y in which the information of all samples is the identity: z = Tᵀy.
-struct Seen {
+struct Whitening {
     /// T, of the combinations that outputs determine.
     t: DMatrix<f64>,
     /// T g.
@@ -272,16 +286,16 @@ struct Seen {
 }
 
 /// The estimates without a part.
-struct Without {
+struct LeaveOneOut {
     /// Shift of each variable.
     moved: Vec<f64>,
     /// Relative increase of its standard deviation.
     inflation: Vec<f64>,
 }
 
-impl Seen {
+impl Whitening {
     /// `None` if no combination is determined.
-    fn new(normal: &Normal, held: &[bool], options: Options) -> Option<Seen> {
+    fn new(normal: &JackknifeEquations, held: &[bool], options: Options) -> Option<Whitening> {
         let (h, n) = (&normal.information, held.len());
         let size = DVector::from_fn(n, |i, _| match h[(i, i)] {
             own if own > 0.0 && own.is_finite() && !held[i] => own.sqrt().recip(),
@@ -298,17 +312,17 @@ impl Seen {
             size[i] * eigen.eigenvectors[(i, kept[k])] / eigen.eigenvalues[kept[k]].sqrt()
         });
         let gradient = &t * &normal.gradient;
-        Some(Seen { t, gradient })
+        Some(Whitening { t, gradient })
     }
 
     /// For each cell, the sum over parameters of its share of their information: (C H_c C)ᵢᵢ/Cᵢᵢ with C = TᵀT, the
     /// squares of sensitivities without the components that the other parameters could mimic.
-    fn shares(&self, of: &Differentiated<'_>, cells: &[Cell]) -> Vec<f64> {
+    fn shares(&self, of: &DifferentiatedVariables<'_>, cells: &[SampleCell]) -> Vec<f64> {
         let parameters = (0..of.variables.n_shared).filter(|i| self.t.column(*i).norm() > 0.0);
         let alone: Vec<DVector<f64>> = parameters
             .map(|i| self.t.tr_mul(&self.t.column(i)) / self.t.column(i).norm())
             .collect();
-        let share = |cell: &Cell| -> f64 {
+        let share = |cell: &SampleCell| -> f64 {
             let squares = alone.iter().map(|along| {
                 let position = |i: usize| along[of.variables.position(cell.recording, i)];
                 let positions: Vec<f64> = (0..cell.gradient.len()).map(position).collect();
@@ -320,14 +334,14 @@ impl Seen {
     }
 
     /// One step to the minimum without some cells.
-    fn without(&self, of: &Differentiated<'_>, cells: &[Cell]) -> Without {
+    fn without(&self, of: &DifferentiatedVariables<'_>, cells: &[SampleCell]) -> LeaveOneOut {
         let part = of.sum(cells);
         let m = self.t.nrows();
         let mut rest = DMatrix::identity(m, m) * (1.0 + RIDGE);
         rest -= &self.t * part.information * self.t.transpose();
         let n = of.variables.len();
         let Some(rest) = Cholesky::new(rest) else {
-            return Without { moved: vec![f64::NAN; n], inflation: vec![f64::INFINITY; n] };
+            return LeaveOneOut { moved: vec![f64::NAN; n], inflation: vec![f64::INFINITY; n] };
         };
         let step = rest.solve(&(&self.gradient - &self.t * part.gradient));
         // Less the remaining step to the minimum of all cells.
@@ -337,7 +351,7 @@ impl Seen {
             let norm = self.t.column(i).norm();
             spread.as_ref().map_or(f64::INFINITY, |spread| spread.column(i).norm() / norm)
         };
-        Without {
+        LeaveOneOut {
             moved: moved.iter().copied().collect(),
             inflation: (0..n).map(inflation).collect(),
         }

@@ -14,7 +14,7 @@
 //! Source for the smoother's frequencies: Harvey, Forecasting, Structural Time Series Models and the Kalman Filter
 //! (1989), §8.2.
 
-use super::samples::{Sample, Samples};
+use super::samples::{EquationSample, EquationSamples};
 
 /// ω h at which ∫ φ cos ω s ds falls to half of ∫ φ ds.
 const HALVED: f64 = 3.2;
@@ -29,12 +29,12 @@ const LEAST_SAMPLES: f64 = 3.0;
 const MOST_PART: f64 = 0.25;
 
 /// Half the width, s.
-pub(super) fn most_likely(samples: &Samples) -> f64 {
+pub(super) fn most_likely(samples: &EquationSamples) -> f64 {
     let known = &samples.known;
     let spacing = samples.spacing();
     let duration = known[known.len() - 1].t - known[0].t;
     let sums_up = samples.sums_up();
-    let usual = |of: &dyn Fn(&Sample) -> f64| {
+    let usual = |of: &dyn Fn(&EquationSample) -> f64| {
         let mut variances: Vec<f64> = known.iter().map(of).collect();
         variances.sort_by(f64::total_cmp);
         variances[variances.len() / 2]
@@ -77,12 +77,12 @@ pub(super) fn most_likely(samples: &Samples) -> f64 {
 }
 
 /// The log-likelihood of the readings, with d a random walk of this intensity.
-fn log_likelihood(samples: &Samples, q: f64, reading: f64) -> f64 {
+fn log_likelihood(samples: &EquationSamples, q: f64, reading: f64) -> f64 {
     let known = &samples.known;
     // Y in units of d times s, and d.
     let span = (known[known.len() - 1].t - known[0].t).max(samples.spacing());
     let mut z = [0.0; 2];
-    let start = |own: &Sample| {
+    let start = |own: &EquationSample| {
         let sum = DIFFUSE * reading;
         let d = DIFFUSE * reading / (if own.is_differential { span * span } else { 1.0 });
         [[sum, 0.0], [0.0, d]]
@@ -95,7 +95,7 @@ fn log_likelihood(samples: &Samples, q: f64, reading: f64) -> f64 {
             let before = &known[k - 1];
             let h = own.t - before.t;
             if own.goes_on {
-                let rate = |own: &Sample| own.g / own.c;
+                let rate = |own: &EquationSample| own.g / own.c;
                 let c = 0.5 * (1.0 / before.c + 1.0 / own.c);
                 integral += c * (own.y - before.y) - 0.5 * h * (rate(before) + rate(own));
                 let noise = before.variance(0.0, h / before.c);

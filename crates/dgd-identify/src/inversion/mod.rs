@@ -21,8 +21,8 @@ use dgd_runtime::model::Model;
 use crate::recording::Recording;
 use crate::regression::RegressionError;
 
-pub use signals::{Signal, Source};
-pub use window::Traced;
+pub use signals::{InvertedSignal, SignalSource};
+pub use window::SignalTrace;
 
 /// A model with an unknown input, and a recording.
 #[derive(Clone, Copy)]
@@ -43,13 +43,13 @@ pub struct InversionProblem<'a> {
 
 /// The missing term of an equation.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Inverted {
+pub struct InvertedTerm {
     /// Times of the samples, s.
     pub times: Vec<f64>,
     /// d, SI: its mean over the window around each sample; NaN if unknown.
-    pub missing: Traced,
+    pub missing: SignalTrace,
     /// ∫ d dt from the first sample on, not smoothed; `None` for an algebraic equation, which has no integral.
-    pub integral: Option<Traced>,
+    pub integral: Option<SignalTrace>,
     /// Half the width of the window, s.
     pub bandwidth: f64,
     /// Whether it was estimated from the readings.
@@ -59,7 +59,7 @@ pub struct Inverted {
     /// Position of the compiled equation.
     pub equation: usize,
     /// The unknowns that it reads, with their sources.
-    pub signals: Vec<Signal>,
+    pub signals: Vec<InvertedSignal>,
 }
 
 /// The reason why an equation cannot be inverted.
@@ -126,9 +126,9 @@ impl std::error::Error for InversionError {}
 /// # Errors
 ///
 /// [`InversionError`].
-pub fn invert(problem: &InversionProblem<'_>) -> Result<Inverted, InversionError> {
+pub fn invert(problem: &InversionProblem<'_>) -> Result<InvertedTerm, InversionError> {
     let chosen = signals::choose(problem)?;
-    let samples = samples::Samples::new(problem, &chosen)?;
+    let samples = samples::EquationSamples::new(problem, &chosen)?;
     let usual = samples.spacing();
     let bandwidth = match problem.bandwidth {
         Some(bandwidth) => bandwidth,
@@ -139,7 +139,7 @@ pub fn invert(problem: &InversionProblem<'_>) -> Result<Inverted, InversionError
         return Err(InversionError::Narrow { bandwidth, spacing: usual });
     }
     let (integral, left_out) = window::integral(&samples);
-    Ok(Inverted {
+    Ok(InvertedTerm {
         times: samples.times.clone(),
         missing,
         integral: samples.sums_up().then_some(integral),

@@ -2,15 +2,15 @@
 
 use dgd_runtime::Pattern;
 
-use super::signals::Chosen;
+use super::signals::ChosenSources;
 use super::{InversionError, InversionProblem};
-use crate::regression::known::Known;
+use crate::regression::known::RecordingSamples;
 use crate::regression::known::gains::Gains;
 use crate::variables::first_start;
 
 /// The equation at one sample.
 #[derive(Debug, Clone)]
-pub(super) struct Sample {
+pub(super) struct EquationSample {
     /// Position among all samples.
     pub(super) at: usize,
     pub(super) t: f64,
@@ -28,20 +28,20 @@ pub(super) struct Sample {
 }
 
 /// All usable samples.
-pub(super) struct Samples {
+pub(super) struct EquationSamples {
     pub(super) times: Vec<f64>,
-    pub(super) known: Vec<Sample>,
+    pub(super) known: Vec<EquationSample>,
 }
 
-impl Samples {
+impl EquationSamples {
     pub(super) fn new(
         problem: &InversionProblem<'_>,
-        chosen: &Chosen,
+        chosen: &ChosenSources,
     ) -> Result<Self, InversionError> {
         let InversionProblem { system, p, recording, input, .. } = *problem;
         let signature = system.signature();
         let row = chosen.equation;
-        let known = Known::new(system, p, 0, recording, &chosen.sensors, None)
+        let known = RecordingSamples::new(system, p, 0, recording, &chosen.sensors, None)
             .map_err(InversionError::Known)?;
         let guess = first_start(system, p, recording).unwrap_or_else(|_| {
             signature.unknowns.iter().map(|unknown| unknown.unit.factor).collect()
@@ -58,7 +58,7 @@ impl Samples {
         let mut dfdy = vec![0.0; signature.jacobian.len()];
         let mut dfdu = vec![0.0; signature.input_jacobian.len()];
         let (mut mass, still) = (vec![0.0; n], vec![0.0; signature.n_u()]);
-        let mut samples: Vec<Sample> = Vec::new();
+        let mut samples: Vec<EquationSample> = Vec::new();
         let mut is_cut = false;
         for (at, t) in known.times.iter().enumerate() {
             is_cut |= known.is_cut(at);
@@ -69,7 +69,7 @@ impl Samples {
             // Unknown values are not read either.
             let y: Vec<f64> =
                 point.y.iter().map(|y| if y.is_finite() { *y } else { 0.0 }).collect();
-            let point = dgd_runtime::Point { y: &y, ..point };
+            let point = dgd_runtime::EvaluationPoint { y: &y, ..point };
             system.linearize(point, &still, &mut f, &mut dfdy, &mut dfdt);
             system.input_jacobian(point, &mut dfdu);
             system.mass(point, &mut mass);
@@ -79,7 +79,7 @@ impl Samples {
                 continue;
             }
             let measured = |i: usize| recording.measured[i].as_ref().map_or(f64::NAN, |w| w[at]);
-            let Some(errors) = gains.at(&known, at, p, &measured) else { continue };
+            let Some(errors) = gains.compute(&known, at, p, &measured) else { continue };
             let is_differential = mass[row] != 0.0;
             let sensors = 0..errors.ncols();
             let of_g = |s: usize| {
@@ -87,7 +87,7 @@ impl Samples {
             };
             let of_y = |s: usize| if is_differential { errors[(row, s)] } else { 0.0 };
             let same = samples.last().is_none_or(|last| last.is_differential == is_differential);
-            samples.push(Sample {
+            samples.push(EquationSample {
                 at,
                 t: *t,
                 is_differential,
@@ -103,7 +103,7 @@ impl Samples {
         if samples.len() < 2 {
             return Err(InversionError::NoSamples);
         }
-        Ok(Samples { times: known.times.clone(), known: samples })
+        Ok(EquationSamples { times: known.times.clone(), known: samples })
     }
 
     /// The usual time between samples, s.

@@ -8,20 +8,20 @@
 use dgd_runtime::Pattern;
 
 use super::{InversionError, InversionProblem};
-use crate::regression::known::Sensors;
+use crate::regression::known::SensorEquations;
 
 /// An unknown that the equation reads.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Signal {
+pub struct InvertedSignal {
     /// Position of the unknown.
     pub unknown: usize,
     /// Its sources.
-    pub sources: Vec<Source>,
+    pub sources: Vec<SignalSource>,
 }
 
 /// A source of an unknown.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Source {
+pub enum SignalSource {
     /// The output at this position.
     Output(usize),
     /// The equation at this position, from unknowns with sources.
@@ -31,15 +31,15 @@ pub enum Source {
 }
 
 /// An equation, and the sources of its unknowns.
-pub(super) struct Chosen {
+pub(super) struct ChosenSources {
     pub(super) equation: usize,
     /// All unknowns that it reads.
     pub(super) needs: Vec<usize>,
-    pub(super) signals: Vec<Signal>,
-    pub(super) sensors: Sensors,
+    pub(super) signals: Vec<InvertedSignal>,
+    pub(super) sensors: SensorEquations,
 }
 
-pub(super) fn choose(problem: &InversionProblem<'_>) -> Result<Chosen, InversionError> {
+pub(super) fn choose(problem: &InversionProblem<'_>) -> Result<ChosenSources, InversionError> {
     let signature = problem.system.signature();
     let rows: Vec<usize> = rows_of(&signature.input_jacobian, problem.input);
     if rows.is_empty() {
@@ -49,14 +49,14 @@ pub(super) fn choose(problem: &InversionProblem<'_>) -> Result<Chosen, Inversion
     for row in &rows {
         let mut reads = signature.input_jacobian.positions().filter(|(r, _)| r == row);
         if let Some((_, column)) = reads.find(|(_, column)| past.values().contains(column)) {
-            let late = &signature.delayed_unknowns[column - past.values().start];
-            let unknown = signature.unknowns.name(late.unknown).to_string();
+            let delayed = &signature.delayed_unknowns[column - past.values().start];
+            let unknown = signature.unknowns.name(delayed.unknown).to_string();
             return Err(InversionError::Late { unknown });
         }
     }
-    let sources = Sources::new(problem, &rows);
+    let sources = SourceOptions::new(problem, &rows);
     let known = sources.one_by_one();
-    let chosen = |row: usize, given: &[Vec<Source>]| {
+    let chosen = |row: usize, given: &[Vec<SignalSource>]| {
         let needs = sources.needs(row);
         needs.iter().all(|i| !given[*i].is_empty()).then(|| sources.chosen(row, needs, given))
     };
@@ -90,12 +90,12 @@ fn reads(pattern: &Pattern, row: usize) -> Vec<usize> {
 }
 
 /// Possible sources, with the unknowns that each reads.
-struct Sources<'a> {
+struct SourceOptions<'a> {
     problem: &'a InversionProblem<'a>,
-    all: Vec<(Source, Vec<usize>)>,
+    all: Vec<(SignalSource, Vec<usize>)>,
 }
 
-impl<'a> Sources<'a> {
+impl<'a> SourceOptions<'a> {
     /// Measured outputs, and algebraic equations other than those with the missing term.
     fn new(problem: &'a InversionProblem<'a>, own: &[usize]) -> Self {
         let signature = problem.system.signature();
@@ -108,13 +108,13 @@ impl<'a> Sources<'a> {
         let is_spoilt = rows_of(by_input, problem.input);
         let outputs = (0..signature.outputs.len())
             .filter(|i| is_measured(i) && !is_spoilt.contains(i))
-            .map(|i| (Source::Output(i), reads(of_outputs, i)));
+            .map(|i| (SignalSource::Output(i), reads(of_outputs, i)));
         let has_modes = !signature.discrete.automata.is_empty();
         let equations = (0..signature.unknowns.len())
             .filter(|i| !own.contains(i) && (has_modes || !signature.unknowns.is_differential(*i)))
-            .map(|i| (Source::Equation(i), reads(&signature.jacobian, i)));
+            .map(|i| (SignalSource::Equation(i), reads(&signature.jacobian, i)));
         let candidates = outputs.chain(equations).collect();
-        Sources { problem, all: candidates }
+        SourceOptions { problem, all: candidates }
     }
 
     /// Unknowns of a compiled equation: those that it reads, and the one whose derivative it gives.
@@ -128,9 +128,9 @@ impl<'a> Sources<'a> {
         needs
     }
 
-    fn one_by_one(&self) -> Vec<Vec<Source>> {
+    fn one_by_one(&self) -> Vec<Vec<SignalSource>> {
         let n = self.problem.system.signature().unknowns.len();
-        let mut known: Vec<Vec<Source>> = vec![Vec::new(); n];
+        let mut known: Vec<Vec<SignalSource>> = vec![Vec::new(); n];
         loop {
             let is_open = |i: &&usize| known[**i].is_empty();
             let single = self.all.iter().filter_map(|(source, reads)| {
@@ -138,10 +138,10 @@ impl<'a> Sources<'a> {
                 let only = *open.next()?;
                 open.next().is_none().then_some((reads.len(), *source, only))
             });
-            let single: Vec<(usize, Source, usize)> = single.collect();
+            let single: Vec<(usize, SignalSource, usize)> = single.collect();
             // The simplest; readings before equations of the same complexity.
-            let rank = |(reads, source, _): &(usize, Source, usize)| {
-                (*reads, !matches!(source, Source::Output(_)))
+            let rank = |(reads, source, _): &(usize, SignalSource, usize)| {
+                (*reads, !matches!(source, SignalSource::Output(_)))
             };
             let Some(first) = single.iter().map(rank).min() else { return known };
             for (_, source, only) in single.iter().filter(|one| rank(one) == first) {
@@ -155,7 +155,7 @@ impl<'a> Sources<'a> {
     }
 
     /// Adds the sources that all equations together may be.
-    fn together(&self, mut given: Vec<Vec<Source>>) -> Vec<Vec<Source>> {
+    fn together(&self, mut given: Vec<Vec<SignalSource>>) -> Vec<Vec<SignalSource>> {
         let mut read = vec![false; given.len()];
         let mut count = 0;
         for (_, reads) in &self.all {
@@ -170,16 +170,21 @@ impl<'a> Sources<'a> {
             for (own, _) in
                 given.iter_mut().zip(&read).filter(|(own, read)| **read && own.is_empty())
             {
-                own.push(Source::Together);
+                own.push(SignalSource::Together);
             }
         }
         given
     }
 
-    fn chosen(&self, equation: usize, needs: Vec<usize>, given: &[Vec<Source>]) -> Chosen {
+    fn chosen(
+        &self,
+        equation: usize,
+        needs: Vec<usize>,
+        given: &[Vec<SignalSource>],
+    ) -> ChosenSources {
         // Sources of the unknowns of the equation, and sources of these.
         let mut wanted = needs.clone();
-        let mut used: Vec<Source> = Vec::new();
+        let mut used: Vec<SignalSource> = Vec::new();
         let mut k = 0;
         while k < wanted.len() {
             for source in &given[wanted[k]] {
@@ -195,25 +200,25 @@ impl<'a> Sources<'a> {
             }
             k += 1;
         }
-        let everything = used.contains(&Source::Together);
-        let is_used = |source: &Source| everything || used.contains(source);
-        let used_source = |(source, _): &(Source, Vec<usize>)| Some(*source).filter(is_used);
-        let used: Vec<Source> = self.all.iter().filter_map(used_source).collect();
+        let everything = used.contains(&SignalSource::Together);
+        let is_used = |source: &SignalSource| everything || used.contains(source);
+        let used_source = |(source, _): &(SignalSource, Vec<usize>)| Some(*source).filter(is_used);
+        let used: Vec<SignalSource> = self.all.iter().filter_map(used_source).collect();
         let outputs = used.iter().filter_map(|source| match source {
-            Source::Output(i) => Some((*i, self.problem.noise[*i].unwrap_or(1.0))),
-            Source::Equation(_) | Source::Together => None,
+            SignalSource::Output(i) => Some((*i, self.problem.noise[*i].unwrap_or(1.0))),
+            SignalSource::Equation(_) | SignalSource::Together => None,
         });
         let equations = used.iter().filter_map(|source| match source {
-            Source::Equation(i) => Some(*i),
-            Source::Output(_) | Source::Together => None,
+            SignalSource::Equation(i) => Some(*i),
+            SignalSource::Output(_) | SignalSource::Together => None,
         });
-        let sensors = Sensors {
+        let sensors = SensorEquations {
             outputs: outputs.collect(),
             equations: equations.collect(),
             free: Vec::new(),
         };
-        let signal = |i: &usize| Signal { unknown: *i, sources: given[*i].clone() };
+        let signal = |i: &usize| InvertedSignal { unknown: *i, sources: given[*i].clone() };
         let signals = needs.iter().map(signal).collect();
-        Chosen { equation, needs, signals, sensors }
+        ChosenSources { equation, needs, signals, sensors }
     }
 }

@@ -11,7 +11,7 @@
 //! recording half of the window remains. It is linear in the readings, and its variance is Σ (∂d̂/∂w)² σ² over all
 //! readings of all sensors, each taken as white, summed once over all their contributions.
 
-use super::samples::{Sample, Samples};
+use super::samples::{EquationSample, EquationSamples};
 
 /// Minimum number of samples in a window.
 const LEAST_SAMPLES: usize = 4;
@@ -22,30 +22,30 @@ const WEIGHT: f64 = 16.0 / 15.0;
 
 /// Values over time, and their standard deviations.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Traced {
+pub struct SignalTrace {
     /// Values, SI; NaN if unknown.
     pub value: Vec<f64>,
     /// Standard deviations due to the sensors' noise.
     pub std: Vec<f64>,
 }
 
-impl Traced {
+impl SignalTrace {
     fn unknown(n: usize) -> Self {
-        Traced { value: vec![f64::NAN; n], std: vec![f64::NAN; n] }
+        SignalTrace { value: vec![f64::NAN; n], std: vec![f64::NAN; n] }
     }
 }
 
 /// The contribution of an interval between two samples, with weights at its ends.
-fn interval(from: &Sample, to: &Sample, weights: [f64; 2]) -> f64 {
+fn interval(from: &EquationSample, to: &EquationSample, weights: [f64; 2]) -> f64 {
     let [a, b] = [weights[0] / from.c, weights[1] / to.c];
     let step = to.t - from.t;
     0.5 * (a + b) * (to.y - from.y) - 0.5 * step * (a * from.g + b * to.g)
 }
 
 /// d̂ at all samples.
-pub(super) fn means(samples: &Samples, half_width: f64) -> Traced {
+pub(super) fn means(samples: &EquationSamples, half_width: f64) -> SignalTrace {
     let known = &samples.known;
-    let mut trace = Traced::unknown(samples.times.len());
+    let mut trace = SignalTrace::unknown(samples.times.len());
     let (mut first, mut end) = (0, 0);
     let mut weights: Vec<f64> = Vec::new();
     for sample in known {
@@ -94,9 +94,9 @@ pub(super) fn means(samples: &Samples, half_width: f64) -> Traced {
 }
 
 /// ∫ d dt, and the time that it excludes.
-pub(super) fn integral(samples: &Samples) -> (Traced, f64) {
+pub(super) fn integral(samples: &EquationSamples) -> (SignalTrace, f64) {
     let known = &samples.known;
-    let mut trace = Traced::unknown(samples.times.len());
+    let mut trace = SignalTrace::unknown(samples.times.len());
     let (mut sum, mut inside, mut left_out) = (0.0, 0.0, 0.0);
     let spacing = samples.spacing();
     // Weights of the last sample so far: on y and on g.
@@ -125,7 +125,7 @@ pub(super) fn integral(samples: &Samples) -> (Traced, f64) {
 /// Length limit of gaps that are bridged, in usual intervals.
 const MOST_GAP: f64 = 20.0;
 
-impl Sample {
+impl EquationSample {
     /// The variance due to the readings of a quantity with these weights on y and on g.
     pub(super) fn variance(&self, by_y: f64, by_g: f64) -> f64 {
         let errors = self.y_errors.iter().zip(&self.g_errors);

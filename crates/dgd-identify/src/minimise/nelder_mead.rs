@@ -11,7 +11,7 @@
 //! is infinite. After convergence a small simplex is set up at the best vertex and continued, to detect a simplex that
 //! has become flat.
 
-use crate::progress::{Of, Progress, Watch};
+use crate::progress::{Monitor, Progress, Total};
 
 /// The stopping rule.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -63,11 +63,11 @@ pub fn nelder_mead(
     x: &[f64],
     bounds: &[(f64, f64)],
     rule: &SimplexRule,
-    watch: &dyn Watch,
+    watch: &dyn Monitor,
     mut function: impl FnMut(&[f64]) -> Option<f64>,
 ) -> Simplex {
     assert_eq!(x.len(), bounds.len(), "one pair of bounds for each variable");
-    let mut search = Search {
+    let mut search = SimplexSearch {
         bounds,
         evaluations: 0,
         // For each of the two simplexes.
@@ -85,22 +85,22 @@ pub fn nelder_mead(
     Simplex { evaluations: search.evaluations, is_converged, ..best }
 }
 
-struct Search<'a> {
+struct SimplexSearch<'a> {
     bounds: &'a [(f64, f64)],
     evaluations: usize,
     most: usize,
-    watch: &'a dyn Watch,
+    watch: &'a dyn Monitor,
     function: &'a mut dyn FnMut(&[f64]) -> f64,
 }
 
-impl Search<'_> {
+impl SimplexSearch<'_> {
     fn vertex(&mut self, mut x: Vec<f64>) -> (Vec<f64>, f64) {
         for (x, (low, high)) in x.iter_mut().zip(self.bounds) {
             *x = x.clamp(*low, *high);
         }
         self.evaluations += 1;
         let value = (self.function)(&x);
-        let (done, of) = (self.evaluations, Of::AtMost(self.most));
+        let (done, of) = (self.evaluations, Total::AtMost(self.most));
         self.watch.advanced(Progress { what: "evaluations", done, of });
         (x, value)
     }
@@ -177,7 +177,7 @@ fn is_small(vertices: &[(Vec<f64>, f64)], rule: &SimplexRule) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::progress::Unwatched;
+    use crate::progress::NoMonitor;
 
     const ANYWHERE: (f64, f64) = (f64::NEG_INFINITY, f64::INFINITY);
 
@@ -189,7 +189,7 @@ mod tests {
     fn the_valley_is_followed_to_its_end() {
         let rule = SimplexRule { spread: 1.0, ..SimplexRule::default() };
         let found =
-            nelder_mead(&[-1.2, 1.0], &[ANYWHERE; 2], &rule, &Unwatched, |x| Some(rosenbrock(x)));
+            nelder_mead(&[-1.2, 1.0], &[ANYWHERE; 2], &rule, &NoMonitor, |x| Some(rosenbrock(x)));
         assert!(found.is_converged);
         assert!(found.x.iter().all(|x| (x - 1.0).abs() < 1e-6), "{found:?}");
     }
@@ -199,11 +199,11 @@ mod tests {
         // On x₁ = 1/2 the valley's floor is x₂ = 1/4.
         let rule = SimplexRule::default();
         let bounds = [(-2.0, 0.5), ANYWHERE];
-        let found = nelder_mead(&[-1.2, 1.0], &bounds, &rule, &Unwatched, |x| Some(rosenbrock(x)));
+        let found = nelder_mead(&[-1.2, 1.0], &bounds, &rule, &NoMonitor, |x| Some(rosenbrock(x)));
         assert!((found.x[0] - 0.5).abs() < 1e-8 && (found.x[1] - 0.25).abs() < 1e-6, "{found:?}");
         let logarithm = |x: &[f64]| (x[0] > 0.0).then(|| (x[0] / 2.0).ln().powi(2));
         let rule = SimplexRule { spread: 1.0, ..rule };
-        let found = nelder_mead(&[0.01], &[ANYWHERE], &rule, &Unwatched, logarithm);
+        let found = nelder_mead(&[0.01], &[ANYWHERE], &rule, &NoMonitor, logarithm);
         assert!((found.x[0] - 2.0).abs() < 1e-6, "{found:?}");
     }
 }

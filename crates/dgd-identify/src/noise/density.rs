@@ -27,25 +27,25 @@ use dgd_runtime::special::lgamma;
 
 use crate::error::TrialFailure;
 use crate::keep_by_fields;
-use crate::noise::loss::Scaled;
-use crate::noise::shape::Shape;
+use crate::noise::loss::ScaledLoss;
+use crate::noise::shape::NoiseShape;
 
 /// How samples of an output contribute to the cost.
 #[derive(Debug, Clone, Copy)]
-pub(crate) enum Counting<'a> {
+pub(crate) enum SampleWeighting<'a> {
     /// By their squares, independently of σ.
     Squares,
     /// By a loss other than squares.
-    Robust(Scaled),
+    Robust(ScaledLoss),
     /// By their likelihood; σ is computed by the output at a position of the density.
     Density(Density),
     /// By their likelihood, with a σ for each sample time.
     Rows(&'a [f64], Distribution),
     /// By their likelihood in the scale in which σ is uniform.
-    Stabilised(Density, Shape),
+    Stabilised(Density, NoiseShape),
 }
 
-impl Counting<'_> {
+impl SampleWeighting<'_> {
     /// The distribution of samples that contribute by their likelihood.
     pub(crate) fn distribution(self) -> Option<Distribution> {
         match self {
@@ -66,7 +66,7 @@ impl Counting<'_> {
     }
 
     /// The scale in which σ is uniform, if samples contribute in that scale.
-    pub(crate) fn shape(self) -> Option<Shape> {
+    pub(crate) fn shape(self) -> Option<NoiseShape> {
         match self {
             Self::Stabilised(_, shape) => Some(shape),
             Self::Squares | Self::Robust(_) | Self::Density(_) | Self::Rows(..) => None,
@@ -84,7 +84,7 @@ impl Counting<'_> {
 
 /// Defect of a simulated sample.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) enum Spoilt {
+pub(crate) enum SampleDefect {
     /// It is not finite.
     NotFinite,
     /// Its standard deviation is not a positive number.
@@ -93,7 +93,7 @@ pub(crate) enum Spoilt {
     Logarithm(f64),
 }
 
-impl Spoilt {
+impl SampleDefect {
     /// The corresponding failure of a trial.
     pub(crate) fn failure(self, output: String, t: f64) -> TrialFailure {
         match self {
@@ -106,7 +106,7 @@ impl Spoilt {
 
 /// A reading and its prediction by the model.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Seen {
+pub(crate) struct PredictedReading {
     pub measured: f64,
     pub simulated: f64,
     pub sigma: f64,
@@ -114,7 +114,7 @@ pub(crate) struct Seen {
 
 /// −2 ln of the density of a reading, and its derivatives, defined as in the module documentation.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Term {
+pub(crate) struct DensityTerm {
     /// The terms that depend on the residual.
     pub cost: f64,
     /// The other terms.
@@ -125,18 +125,18 @@ pub(crate) struct Term {
     of_deviation: f64,
 }
 
-impl Seen {
+impl PredictedReading {
     /// Its defect, if any.
-    pub(crate) fn spoilt(self, distribution: Distribution) -> Option<Spoilt> {
+    pub(crate) fn spoilt(self, distribution: Distribution) -> Option<SampleDefect> {
         let Self { simulated, sigma, .. } = self;
         if !simulated.is_finite() {
-            return Some(Spoilt::NotFinite);
+            return Some(SampleDefect::NotFinite);
         }
         if !(sigma > 0.0 && sigma.is_finite()) {
-            return Some(Spoilt::Deviation(sigma));
+            return Some(SampleDefect::Deviation(sigma));
         }
         let wants_logarithm = distribution == Distribution::LogNormal;
-        (wants_logarithm && simulated <= 0.0).then_some(Spoilt::Logarithm(simulated))
+        (wants_logarithm && simulated <= 0.0).then_some(SampleDefect::Logarithm(simulated))
     }
 
     /// Simulated less measured over σ; logarithms for log-normal noise.
@@ -149,27 +149,33 @@ impl Seen {
     }
 
     /// Its contribution.
-    pub(crate) fn term(self, distribution: Distribution) -> Term {
+    pub(crate) fn term(self, distribution: Distribution) -> DensityTerm {
         let Self { measured, simulated, sigma } = self;
         let r = self.residual(distribution);
         match distribution {
             Distribution::Normal | Distribution::Student { .. } => {
-                Term::of(r, 1.0 / sigma, sigma, distribution)
+                DensityTerm::from_residual(r, 1.0 / sigma, sigma, distribution)
             }
             Distribution::LogNormal => {
-                let term = Term::of(r, 1.0 / (sigma * simulated), sigma, distribution);
-                Term { logarithm: term.logarithm + 2.0 * measured.ln(), ..term }
+                let term =
+                    DensityTerm::from_residual(r, 1.0 / (sigma * simulated), sigma, distribution);
+                DensityTerm { logarithm: term.logarithm + 2.0 * measured.ln(), ..term }
             }
         }
     }
 }
 
-impl Term {
+impl DensityTerm {
     /// The term of a residual r with a normal or Student's distribution: `slope` is ∂r/∂w, and r is proportional to
     /// 1/σ.
-    pub(super) fn of(r: f64, slope: f64, sigma: f64, distribution: Distribution) -> Self {
+    pub(super) fn from_residual(
+        r: f64,
+        slope: f64,
+        sigma: f64,
+        distribution: Distribution,
+    ) -> Self {
         let Distribution::Student { freedom } = distribution else {
-            return Term {
+            return DensityTerm {
                 cost: r * r,
                 logarithm: (TAU * sigma * sigma).ln(),
                 by_output: r * slope,
@@ -182,7 +188,7 @@ impl Term {
         let rest =
             0.5 * (freedom * PI).ln() + lgamma(0.5 * freedom) - lgamma(0.5 * (freedom + 1.0));
         let variance = sigma * sigma;
-        Term {
+        DensityTerm {
             cost: (freedom + 1.0) * (r * r / freedom).ln_1p(),
             logarithm: 2.0 * (sigma.ln() + rest),
             by_output: weight * r * slope,
@@ -194,11 +200,11 @@ impl Term {
 
     /// The term for readings with the standard deviation `other`, whose residual was scaled by `sigma`.
     pub(super) fn with_spread(self, other: f64, sigma: f64) -> Self {
-        Term { logarithm: self.logarithm + 2.0 * (other / sigma).ln(), ..self }
+        DensityTerm { logarithm: self.logarithm + 2.0 * (other / sigma).ln(), ..self }
     }
 }
 
-impl Term {
+impl DensityTerm {
     /// Adds the derivatives: `slopes` are those of the output, `of_sigma` those of σ.
     pub(crate) fn add(
         self,
@@ -221,7 +227,7 @@ impl Term {
 
 /// Contributions of the samples of an output by their likelihood.
 #[derive(Debug, Clone, PartialEq, Default)]
-pub(crate) struct Likelihood {
+pub(crate) struct LikelihoodSums {
     /// The terms of −2 ln of the likelihood that depend on residuals.
     pub cost: f64,
     /// The other terms.
@@ -230,11 +236,16 @@ pub(crate) struct Likelihood {
     pub variances: f64,
 }
 
-keep_by_fields!(Likelihood { cost, logarithms, variances });
+keep_by_fields!(LikelihoodSums { cost, logarithms, variances });
 
-impl Likelihood {
+impl LikelihoodSums {
     /// Adds a sample.
-    pub(crate) fn add(&mut self, seen: Seen, term: Term, distribution: Distribution) {
+    pub(crate) fn add(
+        &mut self,
+        seen: PredictedReading,
+        term: DensityTerm,
+        distribution: Distribution,
+    ) {
         self.cost += term.cost;
         self.logarithms += term.logarithm;
         let scale = match distribution {
@@ -252,7 +263,7 @@ mod tests {
     const ALL: [Distribution; 3] =
         [Distribution::Normal, Distribution::LogNormal, Distribution::Student { freedom: 4.0 }];
 
-    fn deviance(seen: Seen, distribution: Distribution) -> f64 {
+    fn deviance(seen: PredictedReading, distribution: Distribution) -> f64 {
         let term = seen.term(distribution);
         term.cost + term.logarithm
     }
@@ -271,7 +282,7 @@ mod tests {
                         Distribution::LogNormal => (x.exp(), x.exp()),
                         _ => (2.0 + x.sinh(), x.cosh()),
                     };
-                    let seen = Seen { measured, simulated: 2.0, sigma: 0.3 };
+                    let seen = PredictedReading { measured, simulated: 2.0, sigma: 0.3 };
                     (-0.5 * deviance(seen, distribution)).exp() * slope * h
                 })
                 .sum();
@@ -281,18 +292,18 @@ mod tests {
 
     #[test]
     fn gradients_are_those_of_differences() {
-        let seen = Seen { measured: 2.3, simulated: 1.9, sigma: 0.25 };
+        let seen = PredictedReading { measured: 2.3, simulated: 1.9, sigma: 0.25 };
         for distribution in ALL {
             let (mut gradient, mut information) = ([0.0; 2], [0.0; 4]);
             let term = seen.term(distribution);
             term.add(&[1.0, 0.0], &[0.0, 1.0], &mut gradient, &mut information);
             let h = 1e-5;
-            let by = |of: &dyn Fn(f64) -> Seen| {
+            let by = |of: &dyn Fn(f64) -> PredictedReading| {
                 let [after, before] = [h, -h].map(|h| deviance(of(h), distribution));
                 0.5 * (after - before) / (2.0 * h)
             };
-            let by_output = by(&|h| Seen { simulated: seen.simulated + h, ..seen });
-            let by_deviation = by(&|h| Seen { sigma: seen.sigma + h, ..seen });
+            let by_output = by(&|h| PredictedReading { simulated: seen.simulated + h, ..seen });
+            let by_deviation = by(&|h| PredictedReading { sigma: seen.sigma + h, ..seen });
             assert!((gradient[0] - by_output).abs() < 1e-7, "{distribution:?}");
             assert!((gradient[1] - by_deviation).abs() < 1e-7, "{distribution:?}");
             assert_eq!(information[2], 0.0);
@@ -312,7 +323,7 @@ mod tests {
                     Distribution::LogNormal => (x.exp(), x.exp()),
                     _ => (2.0 + x.sinh(), x.cosh()),
                 };
-                let seen = Seen { measured, simulated: 2.0, sigma: 0.3 };
+                let seen = PredictedReading { measured, simulated: 2.0, sigma: 0.3 };
                 let term = seen.term(distribution);
                 let weight = (-0.5 * (term.cost + term.logarithm)).exp() * slope * h;
                 found[0] += weight * term.by_output.powi(2);

@@ -98,7 +98,7 @@ impl Loss {
     }
 
     /// Its value and derivatives at r.
-    pub fn at(self, r: f64) -> LossAt {
+    pub fn evaluate(self, r: f64) -> LossAt {
         let Some(c) = self.tuning() else {
             return LossAt { value: r * r, weight: 1.0, curvature: 1.0 };
         };
@@ -122,14 +122,14 @@ impl Loss {
     }
 
     /// With an output's σ; `None` for squares, whose sums do not depend on σ.
-    pub(crate) fn scaled(self, sigma: Option<f64>) -> Option<Scaled> {
-        (self != Self::Squares).then_some(Scaled { loss: self, sigma: sigma? })
+    pub(crate) fn scaled(self, sigma: Option<f64>) -> Option<ScaledLoss> {
+        (self != Self::Squares).then_some(ScaledLoss { loss: self, sigma: sigma? })
     }
 }
 
 /// A loss other than squares, for the errors of an output with this σ.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Scaled {
+pub(crate) struct ScaledLoss {
     loss: Loss,
     sigma: f64,
 }
@@ -137,7 +137,7 @@ pub(crate) struct Scaled {
 /// Contributions of samples for a loss other than squares, scaled to squares of the output's SI unit like the sums of
 /// squares.
 #[derive(Debug, Clone, PartialEq, Default)]
-pub(crate) struct Robust {
+pub(crate) struct RobustWeighting {
     /// Σ σ² ρ(e/σ).
     pub loss: f64,
     /// Σ ψ′(e/σ).
@@ -152,17 +152,24 @@ pub(crate) struct Robust {
     pub information: Vec<f64>,
 }
 
-keep_by_fields!(Robust { loss, curvature, curvature_squares, influence, light, information });
+keep_by_fields!(RobustWeighting {
+    loss,
+    curvature,
+    curvature_squares,
+    influence,
+    light,
+    information
+});
 
-impl Robust {
+impl RobustWeighting {
     pub(crate) fn zeros(n: usize) -> Self {
         Self { information: vec![0.0; n * n], ..Self::default() }
     }
 
     /// Adds an error and its slopes, and returns the weight of its sample.
-    pub(crate) fn add(&mut self, e: f64, slopes: &[f64], scaled: Scaled) -> f64 {
+    pub(crate) fn add(&mut self, e: f64, slopes: &[f64], scaled: ScaledLoss) -> f64 {
         let r = e / scaled.sigma;
-        let LossAt { value, weight, curvature } = scaled.loss.at(r);
+        let LossAt { value, weight, curvature } = scaled.loss.evaluate(r);
         self.loss += value * scaled.sigma.powi(2);
         self.curvature += curvature;
         self.curvature_squares += curvature * curvature;

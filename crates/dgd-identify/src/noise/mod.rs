@@ -12,13 +12,13 @@ pub(crate) mod shape;
 
 use dgd_runtime::signature::{Density, Distribution};
 
-use crate::noise::density::Seen;
-use crate::noise::shape::Shape;
-use crate::recording::{Recording, Sums};
+use crate::noise::density::PredictedReading;
+use crate::noise::shape::NoiseShape;
+use crate::recording::{OutputSums, Recording};
 
 /// The source of an output's weight.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Noise {
+pub enum NoiseSource {
     /// A known standard deviation, SI.
     Known(f64),
     /// Estimated from the residuals of the fit, which is repeated with new weights until they are stable.
@@ -28,12 +28,12 @@ pub enum Noise {
     /// Each sample has its own, from [`Recording::deviations`].
     Recorded,
     /// Computed by the model, with readings and outputs in a scale in which it is uniform: the first stage of a search.
-    Stabilised(Density, Shape),
+    Stabilised(Density, NoiseShape),
 }
 
 /// A reading, compared with its own standard deviation.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Judged {
+pub struct JudgedReading {
     /// Measured less simulated over σ; logarithms for log-normal noise.
     pub residual: f64,
     /// Its distribution if the model is right.
@@ -42,7 +42,7 @@ pub struct Judged {
     pub deviance: f64,
 }
 
-impl Noise {
+impl NoiseSource {
     /// Whether samples have individual standard deviations, and contribute by their likelihood.
     pub fn is_likelihood(self) -> bool {
         match self {
@@ -58,17 +58,17 @@ impl Noise {
         output: usize,
         k: usize,
         w: &[f64],
-    ) -> Option<Judged> {
+    ) -> Option<JudgedReading> {
         let (sigma, distribution) = match self {
             Self::Known(_) | Self::Estimated | Self::Stabilised(..) => return None,
             Self::Density(density) => (w[density.deviation], density.distribution),
             Self::Recorded => (recording.deviations_of(output)?[k], Distribution::Normal),
         };
         let measured = recording.measured[output].as_ref()?[k];
-        let reading = Seen { measured, simulated: w[output], sigma };
+        let reading = PredictedReading { measured, simulated: w[output], sigma };
         let term = reading.term(distribution);
         let deviance = term.cost + term.logarithm;
-        Some(Judged { residual: -reading.residual(distribution), distribution, deviance })
+        Some(JudgedReading { residual: -reading.residual(distribution), distribution, deviance })
     }
 }
 
@@ -107,7 +107,7 @@ pub(crate) fn least(recordings: &[Recording], output: usize, rtol: f64, unit: f6
 }
 
 /// σ = √(Σ e² / n) · √(n_all / (n_all − n_free)): outputs lose degrees of freedom in proportion to their samples.
-pub(crate) fn of_residuals(sums: &[Vec<Sums>], output: usize, spread: f64) -> Option<f64> {
+pub(crate) fn of_residuals(sums: &[Vec<OutputSums>], output: usize, spread: f64) -> Option<f64> {
     let (mut squares, mut samples) = (0.0, 0);
     for of_recording in sums {
         squares += of_recording[output].squares;

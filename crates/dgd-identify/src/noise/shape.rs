@@ -15,24 +15,24 @@
 
 use dgd_runtime::signature::Distribution;
 
-use crate::noise::density::{Seen, Spoilt, Term};
+use crate::noise::density::{DensityTerm, PredictedReading, SampleDefect};
 
 /// Below this fraction of σ² the constant part counts as zero.
 const NOTHING: f64 = 1e-6;
 
 /// The growth of σ with an output, up to a factor.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Shape {
+pub struct NoiseShape {
     /// a.
     pub(crate) floor: f64,
     /// b.
     pub(crate) slope: f64,
 }
 
-impl Shape {
+impl NoiseShape {
     /// The shape fitted to pairs of a simulated output and its σ, with readings `measured`: minimises relative errors
     /// of σ². `None` if σ does not grow over the range of these outputs and readings.
-    pub fn of(pairs: &[(f64, f64)], measured: &[f64]) -> Option<Self> {
+    pub fn fit(pairs: &[(f64, f64)], measured: &[f64]) -> Option<Self> {
         let (floor, slope) = grown(pairs)?;
         let size = |all: &mut dyn Iterator<Item = f64>| all.fold(0.0, f64::max);
         let largest = size(&mut measured.iter().map(|y| y.abs()));
@@ -57,7 +57,7 @@ impl Shape {
     }
 
     /// g.
-    pub(crate) fn at(self, w: f64) -> f64 {
+    pub(crate) fn evaluate(self, w: f64) -> f64 {
         self.floor.hypot(self.slope * w)
     }
 
@@ -72,23 +72,24 @@ impl Shape {
 
     /// d ln σ/dw with c fixed: g′/g.
     pub(crate) fn growth(self, w: f64) -> f64 {
-        let g = self.at(w);
+        let g = self.evaluate(w);
         self.slope * self.slope * w / (g * g)
     }
 
-    /// Defects of a sample in this scale, in addition to those of [`Seen::spoilt`].
-    pub(crate) fn spoilt(self, seen: Seen) -> Option<Spoilt> {
+    /// Defects of a sample in this scale, in addition to those of [`PredictedReading::spoilt`].
+    pub(crate) fn spoilt(self, seen: PredictedReading) -> Option<SampleDefect> {
         let is_apart = self.floor == 0.0 && seen.simulated * seen.measured.signum() <= 0.0;
-        is_apart.then_some(Spoilt::Logarithm(seen.simulated))
+        is_apart.then_some(SampleDefect::Logarithm(seen.simulated))
     }
 
     /// The contribution of a sample to D; its derivatives are those with respect to w with c fixed, and with respect to
     /// σ without its dependence on w.
-    pub(crate) fn term(self, seen: Seen, distribution: Distribution) -> Term {
-        let Seen { measured, simulated, sigma } = seen;
-        let c = sigma / self.at(simulated);
+    pub(crate) fn term(self, seen: PredictedReading, distribution: Distribution) -> DensityTerm {
+        let PredictedReading { measured, simulated, sigma } = seen;
+        let c = sigma / self.evaluate(simulated);
         let r = self.between(simulated, measured) / c;
-        Term::of(r, 1.0 / sigma, sigma, distribution).with_spread(c * self.at(measured), sigma)
+        DensityTerm::from_residual(r, 1.0 / sigma, sigma, distribution)
+            .with_spread(c * self.evaluate(measured), sigma)
     }
 }
 
@@ -138,9 +139,9 @@ mod tests {
 
     const NORMAL: Distribution = Distribution::Normal;
 
-    fn shape(sigma: impl Fn(f64) -> f64, outputs: &[f64], readings: &[f64]) -> Option<Shape> {
+    fn shape(sigma: impl Fn(f64) -> f64, outputs: &[f64], readings: &[f64]) -> Option<NoiseShape> {
         let pairs: Vec<(f64, f64)> = outputs.iter().map(|w| (*w, sigma(*w))).collect();
-        Shape::of(&pairs, readings)
+        NoiseShape::fit(&pairs, readings)
     }
 
     #[test]
@@ -161,21 +162,26 @@ mod tests {
     /// the scatter of these is the information.
     #[test]
     fn noise_in_proportion_is_log_normal_and_slopes_are_those_of_differences() {
-        let shape = Shape { floor: 0.0, slope: 0.25 };
+        let shape = NoiseShape { floor: 0.0, slope: 0.25 };
         for sign in [1.0, -1.0] {
-            let seen = Seen { measured: 2.3 * sign, simulated: 1.9 * sign, sigma: 0.2 * 1.9 };
+            let seen =
+                PredictedReading { measured: 2.3 * sign, simulated: 1.9 * sign, sigma: 0.2 * 1.9 };
             let term = shape.term(seen, NORMAL);
-            let log = Seen { measured: 2.3, simulated: 1.9, sigma: 0.2 };
+            let log = PredictedReading { measured: 2.3, simulated: 1.9, sigma: 0.2 };
             let wanted = log.term(Distribution::LogNormal);
             assert!((term.cost - wanted.cost).abs() < 1e-12, "{sign}");
             assert!((term.logarithm - wanted.logarithm).abs() < 1e-12, "{sign}");
         }
-        for shape in [shape, Shape { floor: 0.4, slope: 0.25 }] {
+        for shape in [shape, NoiseShape { floor: 0.4, slope: 0.25 }] {
             for distribution in [NORMAL, Distribution::Student { freedom: 4.0 }] {
                 // σ = c (a + b w)-like: both depend on z.
                 let at = |z: f64| {
                     let simulated = 1.9 + z;
-                    Seen { measured: 2.3, simulated, sigma: 0.3 * (0.2 + simulated.powi(2)) }
+                    PredictedReading {
+                        measured: 2.3,
+                        simulated,
+                        sigma: 0.3 * (0.2 + simulated.powi(2)),
+                    }
                 };
                 let deviance = |z: f64| {
                     let term = shape.term(at(z), distribution);

@@ -19,9 +19,9 @@
 use dgd_runtime::{Direction, Signature};
 use nalgebra::{DMatrix, DVector};
 
-use super::noise::Noise;
+use super::noise::NoiseSource;
 use super::{OutputErrorProblem, fit_starts};
-use crate::recording::{Derivatives, Recording, outputs_of};
+use crate::recording::{DerivativeUse, Recording, outputs_of};
 
 /// Readings of each output for estimating start values.
 const READINGS: f64 = 60.0;
@@ -151,15 +151,17 @@ fn uncertainties(
     let single = OutputErrorProblem { recordings: alone, ..problem.clone() };
     let start = fit_starts(&single, &beginnings[..1]).ok()?.pop()?;
     let fitted =
-        outputs_of(*system, recording, problem.p, &start, options, Derivatives::Yes).ok()?;
+        outputs_of(*system, recording, problem.p, &start, options, DerivativeUse::Yes).ok()?;
     let n = columns.len();
     let n_w = recording.measured.len();
-    let mut parts = vec![vec![Part::nothing(n); n_w]; beginnings.len() + 1];
-    let mut earlier = vec![Earlier { sum: DVector::zeros(n), until: f64::NEG_INFINITY }; n_w];
+    let mut parts = vec![vec![BurnInPart::nothing(n); n_w]; beginnings.len() + 1];
+    let mut earlier =
+        vec![EarlierReadings { sum: DVector::zeros(n), until: f64::NEG_INFINITY }; n_w];
     for (k, t) in recording.times.iter().enumerate() {
         let part = beginnings.partition_point(|from| *from <= *t);
         for (output, noise) in problem.noise.iter().enumerate() {
-            let (Some(Noise::Known(sigma)), Some(samples)) = (noise, &recording.measured[output])
+            let (Some(NoiseSource::Known(sigma)), Some(samples)) =
+                (noise, &recording.measured[output])
             else {
                 continue;
             };
@@ -178,7 +180,7 @@ fn uncertainties(
 
 /// The readings of an output between two ends of burn-ins.
 #[derive(Debug, Clone)]
-struct Part {
+struct BurnInPart {
     readings: usize,
     /// Σ jᵀj/σ².
     known: DMatrix<f64>,
@@ -186,7 +188,7 @@ struct Part {
     correlated: DMatrix<f64>,
 }
 
-impl Part {
+impl BurnInPart {
     fn nothing(n: usize) -> Self {
         Self { readings: 0, known: DMatrix::zeros(n, n), correlated: DMatrix::zeros(n, n) }
     }
@@ -203,12 +205,12 @@ impl Part {
 
 /// Σ e^(−Δt/memory) j/σ over the readings of an output up to some time.
 #[derive(Debug, Clone)]
-struct Earlier {
+struct EarlierReadings {
     sum: DVector<f64>,
     until: f64,
 }
 
-impl Earlier {
+impl EarlierReadings {
     /// Adds a reading; returns the sum over the earlier ones at its time.
     fn take(&mut self, t: f64, row: &DVector<f64>, memory: f64) -> DVector<f64> {
         let before = &self.sum * ((self.until - t) / memory).exp();
@@ -219,9 +221,9 @@ impl Earlier {
 }
 
 /// tr(F⁻¹ Q F⁻¹ Mₒ)/nₒ of the output with the largest value.
-fn added(beginning: &[Vec<Part>], rest: &[Vec<Part>]) -> f64 {
+fn added(beginning: &[Vec<BurnInPart>], rest: &[Vec<BurnInPart>]) -> f64 {
     let n = rest[0][0].known.nrows();
-    let sum = |parts: &[Vec<Part>], of: fn(&Part) -> &DMatrix<f64>| {
+    let sum = |parts: &[Vec<BurnInPart>], of: fn(&BurnInPart) -> &DMatrix<f64>| {
         parts.iter().flatten().fold(DMatrix::zeros(n, n), |sum, part| sum + of(part))
     };
     let known = sum(beginning, |part| &part.known);

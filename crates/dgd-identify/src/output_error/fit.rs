@@ -5,16 +5,16 @@ use dgd_runtime::signature::Distribution;
 
 use crate::error::TrialFailed;
 use crate::minimise::trust_region::{Minimum, Termination};
-use crate::noise::Noise;
+use crate::noise::NoiseSource;
 use crate::noise::loss::Loss;
-use crate::output_error::stepping::Stepping;
+use crate::output_error::stepping::FitStepping;
 use crate::output_error::weighing::{
-    Weighted, curvature_and_influence, effective_priors, information, misfits,
+    WeightedSums, curvature_and_influence, effective_priors, information, misfits,
 };
 use crate::output_error::{OutputErrorProblem, Starts, least_noise};
-use crate::recording::{Misfit, Sums};
-use crate::uncertainty::{Correlated, Estimate, Uncertainty, Undetermined};
-use crate::variables::Variables;
+use crate::recording::{OutputMisfit, OutputSums};
+use crate::uncertainty::{CorrelatedPair, ParameterEstimate, Uncertainty, UndeterminedDirection};
+use crate::variables::FitVariables;
 
 /// Estimated parameters and start values, with their uncertainty.
 #[derive(Debug, Clone)]
@@ -24,9 +24,9 @@ pub struct Fit {
     /// Start values that replace the model's, for each recording.
     pub starts: Vec<Starts>,
     /// The estimates: parameters, then the start values of each recording.
-    pub estimates: Vec<Estimate>,
+    pub estimates: Vec<ParameterEstimate>,
     /// Changes of the estimates that affect no output.
-    pub undetermined: Vec<Undetermined>,
+    pub undetermined: Vec<UndeterminedDirection>,
     /// σ of each output as weighted by the fit, SI; `None` if an output was not fitted. If samples have individual σ,
     /// the root of their mean square.
     pub noise: Vec<Option<f64>>,
@@ -47,7 +47,7 @@ pub struct Fit {
     /// fits to the same samples with the same loss, whatever their noise.
     pub deviance: f64,
     /// Simulated against measured, by recording and output, including outputs that are not fitted.
-    pub misfits: Vec<Vec<Misfit>>,
+    pub misfits: Vec<Vec<OutputMisfit>>,
     /// Accepted steps.
     pub iterations: usize,
     /// Simulations of all recordings.
@@ -57,7 +57,7 @@ pub struct Fit {
     /// The reason why the last of them could not.
     pub last_failure: Option<TrialFailed>,
     /// The steps of its simulations.
-    pub stepping: Stepping,
+    pub stepping: FitStepping,
     /// Options of its simulations: tolerances are tighter than those of the problem if the search had stalled with
     /// these.
     pub options: Options,
@@ -123,7 +123,7 @@ impl Fit {
 
     /// The weight of an error of an output, SI, under the loss: 1 for squares and for outputs that are not fitted.
     pub fn weight(&self, output: usize, e: f64) -> f64 {
-        self.noise[output].map_or(1.0, |sigma| self.loss.at(e / sigma).weight)
+        self.noise[output].map_or(1.0, |sigma| self.loss.evaluate(e / sigma).weight)
     }
 
     /// The rise of −2 ln of the likelihood that corresponds to a rise of Σ ρ along an estimate, as a factor; 1 for
@@ -146,13 +146,13 @@ impl Fit {
     }
 
     /// Pairs of estimates whose errors have a correlation above `least`.
-    pub fn correlated(&self, least: f64) -> Vec<Correlated> {
+    pub fn correlated(&self, least: f64) -> Vec<CorrelatedPair> {
         let n = self.estimates.len();
         let pairs = (0..n).flat_map(|i| (i + 1..n).map(move |j| (i, j)));
         pairs
             .filter_map(|(first, second)| {
                 let correlation = self.correlation(first, second)?;
-                (correlation.abs() > least).then_some(Correlated { first, second, correlation })
+                (correlation.abs() > least).then_some(CorrelatedPair { first, second, correlation })
             })
             .collect()
     }
@@ -168,7 +168,7 @@ impl Fit {
 
 /// Totals over several minimisations.
 #[derive(Default)]
-pub(crate) struct Total {
+pub(crate) struct FitTotals {
     pub iterations: usize,
     /// Simulations before the search, which do not count towards its limit.
     pub beforehand: usize,
@@ -178,7 +178,7 @@ pub(crate) struct Total {
     pub termination: Option<Termination>,
 }
 
-impl Total {
+impl FitTotals {
     /// Adds a minimisation, and returns its end point.
     pub(crate) fn add<T>(&mut self, minimum: Minimum<T, TrialFailed>) -> (Vec<f64>, T) {
         self.iterations += minimum.iterations;
@@ -193,12 +193,12 @@ impl Total {
 /// The fit that ended at z.
 pub(crate) fn finish(
     problem: &OutputErrorProblem<'_>,
-    variables: &Variables,
+    variables: &FitVariables,
     z: &[f64],
-    at: &Weighted,
+    at: &WeightedSums,
     sigma: &[Option<f64>],
-    stepping: Stepping,
-    total: Total,
+    stepping: FitStepping,
+    total: FitTotals,
 ) -> Fit {
     let signature = problem.system.signature();
     let bounds: Vec<_> =
@@ -214,7 +214,7 @@ pub(crate) fn finish(
     let slopes: Vec<f64> =
         variables.all.iter().zip(z).map(|(variable, z)| variable.slope(*z)).collect();
     let estimates = (0..variables.len())
-        .map(|i| Estimate {
+        .map(|i| ParameterEstimate {
             name: variables.name(signature, i),
             of: variables.all[i].of,
             recording: variables.all[i].recording,
@@ -240,10 +240,11 @@ pub(crate) fn finish(
     let free = is_fixed.iter().filter(|held| !**held).count();
     let deviance = logarithms + at.normal.cost + to_most_likely(problem, at, sigma);
     let has_tails = problem.noise.iter().any(|noise| {
-        let Some(Noise::Density(density)) = noise else { return false };
+        let Some(NoiseSource::Density(density)) = noise else { return false };
         matches!(density.distribution, Distribution::Student { .. })
     });
-    let levels = problem.noise.iter().filter(|noise| **noise == Some(Noise::Estimated)).count();
+    let levels =
+        problem.noise.iter().filter(|noise| **noise == Some(NoiseSource::Estimated)).count();
     let priors = effective_priors(problem, variables);
     let has_criteria = problem.loss == Loss::Squares && priors == 0;
     let criteria = has_criteria.then(|| Criteria::new(deviance, samples, free + levels));
@@ -279,7 +280,11 @@ pub(crate) fn finish(
 
 /// The change of −2 ln of the likelihood when estimated noise is replaced by the maximum likelihood one, √(Σ e²/n): σ
 /// of a fit is larger by its degrees of freedom. Zero for a loss other than squares, which is not a likelihood.
-fn to_most_likely(problem: &OutputErrorProblem<'_>, at: &Weighted, sigma: &[Option<f64>]) -> f64 {
+fn to_most_likely(
+    problem: &OutputErrorProblem<'_>,
+    at: &WeightedSums,
+    sigma: &[Option<f64>],
+) -> f64 {
     let least = least_noise(problem);
     let change = |i: usize| {
         let sums = at.sums.iter().map(|of_recording| &of_recording[i]);
@@ -290,13 +295,13 @@ fn to_most_likely(problem: &OutputErrorProblem<'_>, at: &Weighted, sigma: &[Opti
         let weights = 1.0 / (likely * likely) - 1.0 / (sigma * sigma);
         2.0 * samples * (likely / sigma).ln() + weights * squares
     };
-    let is_estimated = |i: &usize| problem.noise[*i] == Some(Noise::Estimated);
+    let is_estimated = |i: &usize| problem.noise[*i] == Some(NoiseSource::Estimated);
     let outputs = (0..sigma.len()).filter(is_estimated);
     if problem.loss == Loss::Squares { outputs.map(change).sum() } else { 0.0 }
 }
 
 /// The root of the mean variance of an output's readings, if they contribute by their likelihood.
-fn noise_of(sums: &[Vec<Sums>], output: usize) -> Option<f64> {
+fn noise_of(sums: &[Vec<OutputSums>], output: usize) -> Option<f64> {
     let of_output = || sums.iter().map(|of_recording| &of_recording[output]);
     let likely = of_output().filter_map(|sums| sums.likelihood.as_ref());
     let variances: Vec<f64> = likely.map(|likelihood| likelihood.variances).collect();

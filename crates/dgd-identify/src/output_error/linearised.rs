@@ -6,24 +6,25 @@
 //! ```
 //!
 //! Between samples inputs are linear, so the solution is exact ([`Responses`]); so are the derivatives with respect to
-//! θ, including those of A, B, C, D and of the point ([`Parametric`]). An input with a free delay jumps at a time that
+//! θ, including those of A, B, C, D and of the point ([`ParametricModel`]). An input with a free delay jumps at a time that
 //! moves: at a jump Δv of u(t − τ) the derivative of x jumps by −B Δv dτ/dθ.
 
 use dgd_runtime::for_identify::{
-    LateTimes, Matrices, Parametric, Responses, delay_sensitivities, verify_inputs, verify_request,
+    DelayedOutputTimes, LinearMatrices, ParametricModel, Responses, delay_sensitivities,
+    verify_inputs, verify_request,
 };
 use dgd_runtime::linearize::{LinearAt, NotLinearised, OperatingPoint};
 use dgd_runtime::model::ModelProblem;
 use dgd_runtime::parallel::in_parallel_by_model;
 use dgd_runtime::{
-    Inputs, IntegrateError, LateValues, Observations, Options, Point, Problem, Segment, Side,
-    Solution, Text, consistent_start, simulate,
+    DelayedOutputValues, EvaluationPoint, Inputs, IntegrateError, LimitSide, Observations, Options,
+    Problem, Segment, Solution, Text, consistent_start, simulate,
 };
 use nalgebra::DVector;
 
 use crate::error::{TrialFailed, TrialFailure};
-use crate::output_error::{Evaluation, OutputErrorProblem, Starts, evaluate};
-use crate::recording::{Derivatives, Recording};
+use crate::output_error::{OutputErrorEvaluation, OutputErrorProblem, Starts, evaluate};
+use crate::recording::{DerivativeUse, Recording};
 
 /// Relative rounding error of times, and so of the lengths of steps between them.
 const ROUNDING: f64 = 4.0 * f64::EPSILON;
@@ -34,11 +35,11 @@ pub(crate) fn outputs_of(
     recording: &Recording,
     at: &LinearAt,
     options: &Options,
-    derivatives: Derivatives,
+    derivatives: DerivativeUse,
 ) -> Result<Observations, NotLinearised> {
     let times: &[f64] = &recording.times;
     let signature = problem.system.signature();
-    let with_slopes = derivatives == Derivatives::Yes;
+    let with_slopes = derivatives == DerivativeUse::Yes;
     let n_s = if with_slopes { signature.directions.len() } else { 0 };
     let n_w = signature.outputs.len();
     let mut observations = Observations { n_w, n_s, w: Vec::new(), dw: Vec::new() };
@@ -48,32 +49,32 @@ pub(crate) fn outputs_of(
         .and_then(|()| verify_inputs(problem, times).map_err(IntegrateError::Inputs))
         .map_err(NotLinearised::Run)?;
     let of_point = Problem { start: guess(recording, at, problem.start), ..*problem };
-    let model = Parametric::new(&of_point, at, times, options, with_slopes)?;
-    let start = Start::new(problem, &model, from, options, n_s)?;
-    let late = LateTimes::new(problem, times).map_err(NotLinearised::Run)?;
+    let model = ParametricModel::new(&of_point, at, times, options, with_slopes)?;
+    let start = LinearStart::new(problem, &model, from, options, n_s)?;
+    let delayed = DelayedOutputTimes::new(problem, times).map_err(NotLinearised::Run)?;
     let inputs = problem.inputs_read().map_err(IntegrateError::Inputs);
     let inputs = inputs.map_err(NotLinearised::Run)?;
-    let wanted = late.as_ref().map_or(times, |late| &late.all);
-    let mut run = Run::new(problem, &model, &inputs, start);
-    let mut solution = run.to(wanted, Solution::empty(signature, n_s));
-    if let Some(late) = &late {
-        solution = late.split(times, solution);
+    let wanted = delayed.as_ref().map_or(times, |delayed| &delayed.all);
+    let mut run = LinearRun::new(problem, &model, &inputs, start);
+    let mut solution = run.run_to(wanted, Solution::empty(signature, n_s));
+    if let Some(delayed) = &delayed {
+        solution = delayed.split(times, solution);
     }
     run.observe(&solution, &mut observations);
     Ok(observations)
 }
 
 /// The initial state of a run.
-struct Start {
+struct LinearStart {
     x: DVector<f64>,
     /// ∂x/∂θ, by direction.
     s: Vec<DVector<f64>>,
 }
 
-impl Start {
+impl LinearStart {
     fn new(
         problem: &ModelProblem<'_>,
-        model: &Parametric,
+        model: &ParametricModel,
         t: f64,
         options: &Options,
         n_s: usize,
@@ -85,8 +86,8 @@ impl Start {
         let inputs = problem.inputs_read().map_err(IntegrateError::Inputs);
         let inputs = inputs.map_err(NotLinearised::Run)?;
         let mut u = vec![0.0; inputs.len()];
-        inputs.value(t, Side::Right, &mut u);
-        let point = Point { t, y: &[], u: &u, p: problem.p, z: &start.z };
+        inputs.value(t, LimitSide::Right, &mut u);
+        let point = EvaluationPoint { t, y: &[], u: &u, p: problem.p, z: &start.z };
         let mut mass = vec![0.0; n];
         system.mass(point, &mut mass);
         let other = (0..n).find(|i| (mass[*i] != 0.0) != model.states.contains(i));
@@ -107,11 +108,11 @@ impl Start {
 }
 
 /// A linear simulation in progress: δx, and dδx/dθ by direction.
-struct Run<'a> {
+struct LinearRun<'a> {
     problem: &'a ModelProblem<'a>,
-    model: &'a Matrices,
+    model: &'a LinearMatrices,
     /// Derivatives of the matrices, by direction.
-    slopes: &'a [Option<Matrices>],
+    slopes: &'a [Option<LinearMatrices>],
     responses: Responses<'a>,
     inputs: &'a Inputs,
     /// ∂τ/∂θ of each delayed input, by direction and then by delayed input.
@@ -120,22 +121,24 @@ struct Run<'a> {
     s: Vec<DVector<f64>>,
 }
 
-impl<'a> Run<'a> {
+impl<'a> LinearRun<'a> {
     fn new(
         problem: &'a ModelProblem<'a>,
-        model: &'a Parametric,
+        model: &'a ParametricModel,
         inputs: &'a Inputs,
-        start: Start,
+        start: LinearStart,
     ) -> Self {
         let signature = problem.system.signature();
         let directions = model.slopes.iter().flatten().map(|slopes| &slopes.a).collect();
-        let late = &signature.delayed_inputs;
-        let dtau = if late.is_empty() || model.slopes.is_empty() {
+        let delayed = &signature.delayed_inputs;
+        let dtau = if delayed.is_empty() || model.slopes.is_empty() {
             vec![Vec::new(); model.slopes.len()]
         } else {
             let dtau = delay_sensitivities(problem);
             let columns = dtau.chunks_exact(signature.delays.len());
-            columns.map(|dtau| late.iter().map(|late| dtau[late.delay]).collect()).collect()
+            columns
+                .map(|dtau| delayed.iter().map(|delayed| dtau[delayed.delay]).collect())
+                .collect()
         };
         let moves = start.s.into_iter().zip(&model.slopes).map(|(s, slopes)| match slopes {
             Some(slopes) => s - &slopes.x,
@@ -154,12 +157,12 @@ impl<'a> Run<'a> {
     }
 
     /// δx and its derivatives at these times, instead of a solution's unknowns.
-    fn to(&mut self, times: &[f64], mut solution: Solution) -> Solution {
+    fn run_to(&mut self, times: &[f64], mut solution: Solution) -> Solution {
         solution.n = self.x.len();
         solution.n_z = 0;
         let Some(&first) = times.first() else { return solution };
         let mut t = first;
-        let mut segment = self.inputs.segment_at(t, Side::Right);
+        let mut segment = self.inputs.segment_at(t, LimitSide::Right);
         for (k, &next) in times.iter().enumerate() {
             let last = self.inputs.segment_at(next, dgd_runtime::side(times, k));
             while segment < last {
@@ -190,7 +193,7 @@ impl<'a> Run<'a> {
         // δẋ = A δx + b₀ + b₁ (t − t₀)
         let b_0 = &self.model.rates + &self.model.b * &driven.u;
         let b_1 = &self.model.b * &udot;
-        let response = self.responses.of(until - t, rounding);
+        let response = self.responses.response(until - t, rounding);
         let of_slopes = &mut response.slopes.iter();
         let value = &response.value;
         for ((s, slopes), moved) in self.s.iter_mut().zip(self.slopes).zip(&driven.moved) {
@@ -215,8 +218,8 @@ impl<'a> Run<'a> {
     /// Enters a segment, whose start moves with the delays of inputs that jump there.
     fn jump(&mut self, segment: usize, t: f64) {
         let signature = self.problem.system.signature();
-        let (n_in, n_late) = (signature.inputs.len(), signature.delayed_inputs.len());
-        if n_late == 0 || self.s.is_empty() {
+        let (n_in, n_delayed) = (signature.inputs.len(), signature.delayed_inputs.len());
+        if n_delayed == 0 || self.s.is_empty() {
             return;
         }
         let mut before = vec![0.0; self.inputs.len()];
@@ -224,7 +227,7 @@ impl<'a> Run<'a> {
         let after = self.inputs.segment(segment).u;
         for (s, dtau) in self.s.iter_mut().zip(&self.dtau) {
             for (k, dtau) in dtau.iter().enumerate().filter(|(_, dtau)| **dtau != 0.0) {
-                for column in [n_in + k, n_in + n_late + k] {
+                for column in [n_in + k, n_in + n_delayed + k] {
                     let jump = after[column] - before[column];
                     s.axpy(-jump * dtau, &self.model.b.column(column), 1.0);
                 }
@@ -233,9 +236,9 @@ impl<'a> Run<'a> {
     }
 
     /// δu, and its derivatives with respect to θ.
-    fn driven(&self, segment: Segment<'_>, t: f64) -> Driven {
+    fn driven(&self, segment: Segment<'_>, t: f64) -> InputDeviation {
         let signature = self.problem.system.signature();
-        let (n_in, n_late) = (signature.inputs.len(), signature.delayed_inputs.len());
+        let (n_in, n_delayed) = (signature.inputs.len(), signature.delayed_inputs.len());
         let mut u = vec![0.0; self.inputs.len()];
         segment.value(t, &mut u);
         let moved = self.slopes.iter().zip(&self.dtau).map(|(slopes, dtau)| {
@@ -244,12 +247,12 @@ impl<'a> Run<'a> {
                 None => DVector::zeros(u.len()),
             };
             for (k, dtau) in dtau.iter().enumerate() {
-                moved[n_in + k] -= u[n_in + n_late + k] * dtau;
+                moved[n_in + k] -= u[n_in + n_delayed + k] * dtau;
             }
             moved
         });
         let moved = moved.collect();
-        Driven { u: DVector::from_vec(u) - &self.model.u, moved }
+        InputDeviation { u: DVector::from_vec(u) - &self.model.u, moved }
     }
 
     /// Outputs of a solution, including delayed ones.
@@ -262,14 +265,19 @@ impl<'a> Run<'a> {
             observations.w.extend_from_slice(w.as_slice());
             observations.dw.extend(dw.iter().flat_map(DVector::as_slice));
         }
-        for late in &solution.late {
-            self.read_late(solution, late, observations);
+        for delayed in &solution.delayed_outputs {
+            self.read_delayed(solution, delayed, observations);
         }
     }
 
     /// w, and dw/dθ by direction.
-    fn outputs(&self, x: &[f64], s: &[f64], driven: &Driven) -> (DVector<f64>, Vec<DVector<f64>>) {
-        let Matrices { c, d, w, .. } = self.model;
+    fn outputs(
+        &self,
+        x: &[f64],
+        s: &[f64],
+        driven: &InputDeviation,
+    ) -> (DVector<f64>, Vec<DVector<f64>>) {
+        let LinearMatrices { c, d, w, .. } = self.model;
         let x = DVector::from_column_slice(x);
         let value = w + c * &x + d * &driven.u;
         let columns = self.slopes.iter().zip(&driven.moved).enumerate();
@@ -285,28 +293,33 @@ impl<'a> Run<'a> {
     }
 
     /// Replaces outputs with one delay by their values at t − τ.
-    fn read_late(&self, solution: &Solution, late: &LateValues, observations: &mut Observations) {
+    fn read_delayed(
+        &self,
+        solution: &Solution,
+        delayed: &DelayedOutputValues,
+        observations: &mut Observations,
+    ) {
         let signature = self.problem.system.signature();
         let (n, n_w, n_s) = (solution.n, observations.n_w, observations.n_s);
         let dtau = if n_s == 0 { Vec::new() } else { delay_sensitivities(self.problem) };
         let dtau: Vec<f64> =
-            dtau.chunks_exact(signature.delays.len()).map(|dtau| dtau[late.delay]).collect();
-        let Matrices { a, b, c, d, rates, .. } = self.model;
-        for (k, &read) in late.times.iter().enumerate() {
+            dtau.chunks_exact(signature.delays.len()).map(|dtau| dtau[delayed.delay]).collect();
+        let LinearMatrices { a, b, c, d, rates, .. } = self.model;
+        for (k, &read) in delayed.times.iter().enumerate() {
             let begun = read > solution.times[0];
-            let side = if begun { solution.side(k) } else { Side::Right };
+            let side = if begun { solution.side(k) } else { LimitSide::Right };
             let segment = self.inputs.segment(self.inputs.segment_at(read, side));
             let driven = self.driven(segment, read);
-            let x = &late.y[k * n..(k + 1) * n];
-            let (w, dw) = self.outputs(x, &late.s[k * n * n_s..(k + 1) * n * n_s], &driven);
+            let x = &delayed.y[k * n..(k + 1) * n];
+            let (w, dw) = self.outputs(x, &delayed.s[k * n * n_s..(k + 1) * n * n_s], &driven);
             // Outside of the run, values are constant.
-            let inside = read == solution.times[k] - late.tau;
+            let inside = read == solution.times[k] - delayed.tau;
             let wdot = inside.then(|| {
                 let xdot = rates + a * DVector::from_column_slice(x) + b * &driven.u;
                 c * xdot + d * DVector::from_column_slice(segment.udot)
             });
             for (i, _) in
-                signature.outputs.iter().enumerate().filter(|(_, w)| w.delay == Some(late.delay))
+                signature.outputs.iter().enumerate().filter(|(_, w)| w.delay == Some(delayed.delay))
             {
                 observations.w[k * n_w + i] = w[i];
                 for (j, dw) in dw.iter().enumerate() {
@@ -319,25 +332,25 @@ impl<'a> Run<'a> {
 }
 
 /// δu at a time, and d(δu)/dθ by direction.
-struct Driven {
+struct InputDeviation {
     u: DVector<f64>,
     moved: Vec<DVector<f64>>,
 }
 
 /// The nonlinear model with the estimates of its linearisation.
 #[derive(Debug, Clone)]
-pub struct Nonlinear {
+pub struct NonlinearModel {
     /// Its outputs and errors.
-    pub evaluation: Evaluation,
+    pub evaluation: OutputErrorEvaluation,
     /// The operating point of each recording.
     pub points: Vec<Option<OperatingPoint>>,
     /// For each recording, the first time at which its run is in another mode than its operating point.
-    pub departures: Vec<Option<Departure>>,
+    pub departures: Vec<Option<ModeDeparture>>,
 }
 
 /// A departure of a run from the mode of its operating point.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Departure {
+pub struct ModeDeparture {
     /// When, s.
     pub t: f64,
     /// The automaton, or the model's condition on time.
@@ -383,7 +396,7 @@ pub fn nonlinear(
     problem: &OutputErrorProblem<'_>,
     p: &[f64],
     starts: &[Starts],
-) -> Result<Nonlinear, TrialFailed> {
+) -> Result<NonlinearModel, TrialFailed> {
     let points = operating_points(problem, p, starts)?;
     let of_model = |recording: &Recording| Recording { linear: None, ..recording.clone() };
     let recordings: Vec<Recording> = problem.recordings.iter().map(of_model).collect();
@@ -402,7 +415,7 @@ pub fn nonlinear(
         let failed = |error| TrialFailed { recording, reason: TrialFailure::Simulation(error) };
         found.map_err(failed)
     });
-    Ok(Nonlinear { evaluation, points, departures: departures.collect::<Result<_, _>>()? })
+    Ok(NonlinearModel { evaluation, points, departures: departures.collect::<Result<_, _>>()? })
 }
 
 /// The first departure of a run from the modes of the point; a `when` that acts counts as one.
@@ -411,7 +424,7 @@ fn departure(
     times: &[f64],
     point: &OperatingPoint,
     options: &Options,
-) -> Result<Option<Departure>, IntegrateError> {
+) -> Result<Option<ModeDeparture>, IntegrateError> {
     let discrete = &problem.system.signature().discrete;
     let solution = simulate(problem, times, options).map_err(|failure| failure.error)?;
     let event = solution.events.iter().find(|event| {
@@ -419,7 +432,7 @@ fn departure(
         automata
             .any(|automaton| !automaton.kind.keeps_slopes() && automaton.name == event.automaton)
     });
-    let by_event = event.map(|event| Departure {
+    let by_event = event.map(|event| ModeDeparture {
         t: event.t,
         automaton: event.automaton.clone(),
         at_point: event.from.clone(),
@@ -439,7 +452,7 @@ fn departure(
                     .cloned()
                     .unwrap_or_else(|| if z == 0.0 { "before".into() } else { "after".into() })
             };
-            Departure {
+            ModeDeparture {
                 t: solution.times[k],
                 automaton: automaton.map_or("a condition on time".into(), |a| a.name.clone()),
                 at_point: mode(*at),

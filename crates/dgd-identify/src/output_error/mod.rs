@@ -26,20 +26,22 @@ use dgd_runtime::signature::Distribution;
 use dgd_runtime::{Direction, Observations, Options};
 
 use crate::error::{EstimateError, TrialFailed, WrongLength, WrongReading, verify_lengths};
-use crate::journal::{Digest, Keeping, kept_success};
-use crate::minimise::trust_region::{Region, StoppingRule, Termination, minimise_watched};
-use crate::noise::density::Counting;
+use crate::journal::{Digest, JournalScope, kept_success};
+use crate::minimise::trust_region::{StoppingRule, Termination, VariableRegion, minimise_watched};
+use crate::noise::density::SampleWeighting;
 use crate::noise::loss::{self, Loss};
-use crate::noise::{self, Noise};
-use crate::output_error::fit::{Fit, Total, finish, unseen};
+use crate::noise::{self, NoiseSource};
+use crate::output_error::fit::{Fit, FitTotals, finish, unseen};
 use crate::output_error::prior::Prior;
-use crate::output_error::stepping::Accuracy;
+use crate::output_error::stepping::SteppingAccuracy;
 use crate::output_error::weighing::{
-    Weighted, effective_priors, misfits, output_names, simulate_all, weigh,
+    WeightedSums, effective_priors, misfits, output_names, simulate_all, weigh,
 };
-use crate::progress::{Of, Progress, Unwatched, Watch};
-use crate::recording::{Derivatives, Misfit, Recording, Sums, SumsOf, outputs_of, sums};
-use crate::variables::{Variable, Variables};
+use crate::progress::{Monitor, NoMonitor, Progress, Total};
+use crate::recording::{
+    DerivativeUse, OutputMisfit, OutputSums, Recording, SumsOf, outputs_of, sums,
+};
+use crate::variables::{FitVariable, FitVariables};
 
 /// Limit on fits with re-estimated noise.
 const MOST_ROUNDS: usize = 10;
@@ -75,7 +77,7 @@ pub struct OutputErrorProblem<'a> {
     /// The recordings.
     pub recordings: &'a [Recording],
     /// For each output of the model, its noise; `None` if it is not fitted.
-    pub noise: Vec<Option<Noise>>,
+    pub noise: Vec<Option<NoiseSource>>,
     /// The priors.
     pub priors: Vec<Prior>,
     /// Loss function.
@@ -91,9 +93,9 @@ pub struct OutputErrorProblem<'a> {
     /// Number of recordings simulated in parallel. Results do not depend on it.
     pub threads: usize,
     /// Progress and cancellation.
-    pub watch: &'a dyn Watch,
+    pub watch: &'a dyn Monitor,
     /// A journal for simulations of fits, profiles and refits, and a digest of the model.
-    pub keeping: Keeping<'a>,
+    pub keeping: JournalScope<'a>,
 }
 
 impl<'a> OutputErrorProblem<'a> {
@@ -119,15 +121,15 @@ impl<'a> OutputErrorProblem<'a> {
             p,
             free: vec![true; signature.directions.len()],
             recordings,
-            noise: vec![Some(Noise::Estimated); signature.outputs.len()],
+            noise: vec![Some(NoiseSource::Estimated); signature.outputs.len()],
             priors: Vec::new(),
             loss: Loss::default(),
             options: Options::default(),
             stopping: StoppingRule::default(),
             negligible_reduction: NEGLIGIBLE_REDUCTION,
             threads: 1,
-            watch: &Unwatched,
-            keeping: Keeping::NOTHING,
+            watch: &NoMonitor,
+            keeping: JournalScope::NOTHING,
         }
     }
 }
@@ -143,7 +145,7 @@ impl<'a> OutputErrorProblem<'a> {
 pub fn fit(problem: &OutputErrorProblem<'_>) -> Result<Fit, EstimateError> {
     verify(problem)?;
     let (variables, mut z) =
-        Variables::new(problem.system, problem.p, problem.recordings, &problem.free)?;
+        FitVariables::new(problem.system, problem.p, problem.recordings, &problem.free)?;
     let samples = samples(problem);
     let data = samples + effective_priors(problem, &variables);
     if variables.len() == 0 {
@@ -157,14 +159,18 @@ pub fn fit(problem: &OutputErrorProblem<'_>) -> Result<Fit, EstimateError> {
     }
 
     let digest_of_problem = problem.keeping.digest(|digest| {
-        digest.of(&"simulations of a fit").of(&problem.p).of(&problem.free).of(&problem.recordings)
+        digest
+            .debug(&"simulations of a fit")
+            .debug(&problem.p)
+            .debug(&problem.free)
+            .debug(&problem.recordings)
     });
-    let mut total = Total::default();
+    let mut total = FitTotals::default();
     let problem = &readings::with_tolerance(problem, &variables, &z, &mut total);
     z = readings::closer(problem, &variables, z, data, digest_of_problem, &mut total)?;
-    let mut accuracy = Accuracy::first(problem, &variables, &z)?;
-    let mut last: Option<(Accuracy, Ended)> = None;
-    let (accuracy, Ended { z, at, sigma }) = loop {
+    let mut accuracy = SteppingAccuracy::first(problem, &variables, &z)?;
+    let mut last: Option<(SteppingAccuracy, EstimationEnd)> = None;
+    let (accuracy, EstimationEnd { z, at, sigma }) = loop {
         let stepped = OutputErrorProblem { options: accuracy.applied(), ..problem.clone() };
         let ended = match estimate_by_loss(
             &stepped,
@@ -188,21 +194,21 @@ pub fn fit(problem: &OutputErrorProblem<'_>) -> Result<Fit, EstimateError> {
 }
 
 /// The end of an estimation.
-struct Ended {
+struct EstimationEnd {
     z: Vec<f64>,
-    at: Weighted,
+    at: WeightedSums,
     sigma: Vec<Option<f64>>,
 }
 
 /// Estimates with given steps from z on, via Huber's loss if that of the problem ignores remote outliers.
 fn estimate_by_loss(
     problem: &OutputErrorProblem<'_>,
-    variables: &Variables,
+    variables: &FitVariables,
     z: Vec<f64>,
     data: usize,
     of: Option<Digest>,
-    total: &mut Total,
-) -> Result<Ended, EstimateError> {
+    total: &mut FitTotals,
+) -> Result<EstimationEnd, EstimateError> {
     if !problem.loss.is_redescending() {
         return estimate(problem, variables, z, data, of, total);
     }
@@ -211,22 +217,22 @@ fn estimate_by_loss(
     if total.termination == Some(Termination::Flat) {
         return Ok(ended);
     }
-    let Ended { z, sigma, .. } = ended;
-    let noise = sigma.iter().map(|sigma| sigma.map(Noise::Known)).collect();
+    let EstimationEnd { z, sigma, .. } = ended;
+    let noise = sigma.iter().map(|sigma| sigma.map(NoiseSource::Known)).collect();
     let known = OutputErrorProblem { noise, ..problem.clone() };
     // If the search was cancelled, this one ends before its second simulation.
     estimate(&known, variables, z, data, of, total)
 }
 
-/// Estimates with given steps and σ from z on. Simulations are stored under digests that begin with `of`.
+/// Estimates with given steps and σ from z on. Simulations are stored under digests that begin with `debug`.
 fn estimate(
     problem: &OutputErrorProblem<'_>,
-    variables: &Variables,
+    variables: &FitVariables,
     mut z: Vec<f64>,
     data: usize,
     of: Option<Digest>,
-    total: &mut Total,
-) -> Result<Ended, EstimateError> {
+    total: &mut FitTotals,
+) -> Result<EstimationEnd, EstimateError> {
     let is_squares = problem.loss == Loss::Squares;
     let patient = problem.unwatched();
     // Before the first simulation nothing can be in the journal.
@@ -235,9 +241,9 @@ fn estimate(
     let of_problem = |problem: &OutputErrorProblem<'_>, z: &[f64], sigma: &[Option<f64>]| {
         let simulated = || simulate_all(problem, variables, z, sigma);
         let Some(of) = of else { return simulated() };
-        let key = of.of(&problem.options).of(&z);
+        let key = of.debug(&problem.options).debug(&z);
         // Sums of squares do not depend on σ.
-        let key = if is_squares { key } else { key.of(&(problem.loss, sigma)) };
+        let key = if is_squares { key } else { key.debug(&(problem.loss, sigma)) };
         kept_success(problem.keeping.journal, key.value(), simulated)
     };
     let simulated = |z: &[f64], sigma: &[Option<f64>]| of_problem(problem, z, sigma);
@@ -247,7 +253,7 @@ fn estimate(
     } else {
         noise_of_medians(beginning, variables, &z, &least, 1.0).map_err(EstimateError::Start)?
     };
-    let bounds: Vec<(f64, f64)> = variables.all.iter().map(Variable::bounds).collect();
+    let bounds: Vec<(f64, f64)> = variables.all.iter().map(FitVariable::bounds).collect();
     let reach = variables.reach();
     let freedom = (data - variables.len()).max(1) as f64;
     // Without unknowns nothing is integrated, and the cost is exact up to rounding error.
@@ -276,12 +282,12 @@ fn estimate(
             accuracy: problem.stopping.accuracy.max(accuracy),
             ..problem.stopping
         };
-        let region = Region { bounds: &bounds, reach: &reach, leading: variables.n_shared };
+        let region = VariableRegion { bounds: &bounds, reach: &reach, leading: variables.n_shared };
         let mut done = total.evaluations;
         let minimum = minimise_watched(z, weighted, region, &rule, problem.watch, |z| {
             let sums = simulated(z, &sigma);
             done += 1;
-            let limit = Of::AtMost(problem.stopping.evaluations);
+            let limit = Total::AtMost(problem.stopping.evaluations);
             problem.watch.advanced(Progress { what: "simulations", done, of: limit });
             Ok(weigh(problem, variables, z, &sigma, sums?))
         });
@@ -312,7 +318,7 @@ fn estimate(
         };
         weighted = weigh(problem, variables, &z, &sigma, sums);
     }
-    Ok(Ended { z, at: weighted, sigma })
+    Ok(EstimationEnd { z, at: weighted, sigma })
 }
 
 /// Start values of each recording from its samples before a time, at the parameters of the problem.
@@ -358,11 +364,11 @@ pub fn fit_starts(
 
 /// Simulated outputs, and their errors.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Evaluation {
+pub struct OutputErrorEvaluation {
     /// Outputs at the sample times of each recording.
     pub observations: Vec<Observations>,
     /// Simulated against measured, by recording and output, including outputs that are not fitted.
-    pub misfits: Vec<Vec<Misfit>>,
+    pub misfits: Vec<Vec<OutputMisfit>>,
     /// Σ (e/σ)² over outputs whose noise is known, without priors.
     pub cost: f64,
 }
@@ -380,15 +386,15 @@ pub fn evaluate(
     problem: &OutputErrorProblem<'_>,
     p: &[f64],
     starts: &[Starts],
-) -> Result<Evaluation, TrialFailed> {
+) -> Result<OutputErrorEvaluation, TrialFailed> {
     let OutputErrorProblem { system, recordings, options, threads, .. } = problem;
     assert_eq!(starts.len(), recordings.len(), "start values for each recording");
     let names = output_names(*system);
     let results = in_parallel_by_model(*system, recordings.len(), *threads, |system, r| {
         let recording = &recordings[r];
-        outputs_of(system, recording, p, &starts[r], options, Derivatives::No).and_then(
+        outputs_of(system, recording, p, &starts[r], options, DerivativeUse::No).and_then(
             |observations| {
-                let counting = vec![Counting::Squares; names.len()];
+                let counting = vec![SampleWeighting::Squares; names.len()];
                 let sums_of = SumsOf { columns: &[], counting: &counting };
                 let sums = sums(recording, &observations, sums_of, |i| names[i].clone())?;
                 Ok((observations, sums))
@@ -404,12 +410,12 @@ pub fn evaluate(
     let mut cost = 0.0;
     for of_recording in &sums {
         for (sums, noise) in of_recording.iter().zip(&problem.noise) {
-            if let Some(Noise::Known(sigma)) = noise {
+            if let Some(NoiseSource::Known(sigma)) = noise {
                 cost += sums.squares / (sigma * sigma);
             }
         }
     }
-    Ok(Evaluation { observations, misfits: misfits(&sums), cost })
+    Ok(OutputErrorEvaluation { observations, misfits: misfits(&sums), cost })
 }
 
 fn verify(problem: &OutputErrorProblem<'_>) -> Result<(), EstimateError> {
@@ -417,7 +423,7 @@ fn verify(problem: &OutputErrorProblem<'_>) -> Result<(), EstimateError> {
     let OutputErrorProblem { p, free, recordings, noise, .. } = problem;
     verify_lengths(signature, p, free, recordings, noise.len())?;
     for (output, noise) in signature.outputs.iter().zip(&problem.noise) {
-        if let Some(Noise::Known(sigma)) = *noise
+        if let Some(NoiseSource::Known(sigma)) = *noise
             && !(sigma > 0.0 && sigma.is_finite())
         {
             return Err(EstimateError::Noise { output: output.name.to_string(), sigma });
@@ -432,9 +438,9 @@ fn verify_readings(problem: &OutputErrorProblem<'_>) -> Result<(), EstimateError
     let used = outputs.filter_map(|(i, (output, noise))| Some((i, &output.name, (*noise)?)));
     for (i, output, noise) in used {
         let is_log = match noise {
-            Noise::Known(_) | Noise::Estimated => continue,
-            Noise::Recorded => false,
-            Noise::Density(density) | Noise::Stabilised(density, _) => {
+            NoiseSource::Known(_) | NoiseSource::Estimated => continue,
+            NoiseSource::Recorded => false,
+            NoiseSource::Density(density) | NoiseSource::Stabilised(density, _) => {
                 density.distribution == Distribution::LogNormal
             }
         };
@@ -444,7 +450,7 @@ fn verify_readings(problem: &OutputErrorProblem<'_>) -> Result<(), EstimateError
         for (r, recording) in problem.recordings.iter().enumerate() {
             let deviation = |k: usize| recording.deviations_of(i).map_or(f64::NAN, |all| all[k]);
             let wrong = |(k, measured): (usize, f64)| match noise {
-                Noise::Recorded if !(deviation(k) > 0.0 && deviation(k).is_finite()) => {
+                NoiseSource::Recorded if !(deviation(k) > 0.0 && deviation(k).is_finite()) => {
                     Some((k, WrongReading::Deviation(deviation(k))))
                 }
                 _ if is_log && measured <= 0.0 => Some((k, WrongReading::NotPositive(measured))),
@@ -490,11 +496,11 @@ pub(crate) fn least_noise(problem: &OutputErrorProblem<'_>) -> Vec<f64> {
 
 /// Initial σ; `None` for outputs that are not fitted.
 fn first_noise(problem: &OutputErrorProblem<'_>, least: &[f64]) -> Vec<Option<f64>> {
-    let first_sigma = |(i, noise): (usize, &Option<Noise>)| match (*noise)? {
-        Noise::Known(sigma) => Some(sigma),
+    let first_sigma = |(i, noise): (usize, &Option<NoiseSource>)| match (*noise)? {
+        NoiseSource::Known(sigma) => Some(sigma),
         // Likelihood contributions include σ in the sums.
-        Noise::Density(_) | Noise::Recorded | Noise::Stabilised(..) => Some(1.0),
-        Noise::Estimated => {
+        NoiseSource::Density(_) | NoiseSource::Recorded | NoiseSource::Stabilised(..) => Some(1.0),
+        NoiseSource::Estimated => {
             Some(noise::scatter(problem.recordings, i).unwrap_or(0.0).max(least[i]))
         }
     };
@@ -504,12 +510,12 @@ fn first_noise(problem: &OutputErrorProblem<'_>, least: &[f64]) -> Vec<Option<f6
 /// σ from the median absolute error, if it is to be estimated: robust to outliers.
 fn noise_of_medians(
     problem: &OutputErrorProblem<'_>,
-    variables: &Variables,
+    variables: &FitVariables,
     z: &[f64],
     least: &[f64],
     spread: f64,
 ) -> Result<Vec<Option<f64>>, TrialFailed> {
-    let is_estimated = |noise: &Option<Noise>| *noise == Some(Noise::Estimated);
+    let is_estimated = |noise: &Option<NoiseSource>| *noise == Some(NoiseSource::Estimated);
     let observations = if problem.noise.iter().any(is_estimated) {
         let p = variables.parameters(problem.p, z);
         let recordings = problem.recordings.iter().enumerate();
@@ -519,11 +525,11 @@ fn noise_of_medians(
     } else {
         Vec::new()
     };
-    let sigma_of = |(i, noise): (usize, &Option<Noise>)| match (*noise)? {
-        Noise::Known(sigma) => Some(sigma),
+    let sigma_of = |(i, noise): (usize, &Option<NoiseSource>)| match (*noise)? {
+        NoiseSource::Known(sigma) => Some(sigma),
         // Likelihood contributions include σ in the sums.
-        Noise::Density(_) | Noise::Recorded | Noise::Stabilised(..) => Some(1.0),
-        Noise::Estimated => {
+        NoiseSource::Density(_) | NoiseSource::Recorded | NoiseSource::Stabilised(..) => Some(1.0),
+        NoiseSource::Estimated => {
             let recordings = problem.recordings.iter().zip(&observations);
             let sizes = recordings.flat_map(|(recording, simulated)| {
                 recording.counted(i).map(move |(k, measured)| (simulated.w(k)[i] - measured).abs())
@@ -538,16 +544,16 @@ fn noise_of_medians(
 /// σ from the residuals, if it is to be estimated.
 fn estimated_noise(
     problem: &OutputErrorProblem<'_>,
-    sums: &[Vec<Sums>],
+    sums: &[Vec<OutputSums>],
     sigma: &[Option<f64>],
     least: &[f64],
     spread: f64,
 ) -> Vec<Option<f64>> {
-    let sigma_of = |(i, noise): (usize, &Option<Noise>)| match (*noise)? {
-        Noise::Known(sigma) => Some(sigma),
+    let sigma_of = |(i, noise): (usize, &Option<NoiseSource>)| match (*noise)? {
+        NoiseSource::Known(sigma) => Some(sigma),
         // Likelihood contributions include σ in the sums.
-        Noise::Density(_) | Noise::Recorded | Noise::Stabilised(..) => Some(1.0),
-        Noise::Estimated => {
+        NoiseSource::Density(_) | NoiseSource::Recorded | NoiseSource::Stabilised(..) => Some(1.0),
+        NoiseSource::Estimated => {
             noise::of_residuals(sums, i, spread).map(|next| next.max(least[i])).or(sigma[i])
         }
     };

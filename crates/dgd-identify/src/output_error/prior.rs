@@ -19,7 +19,7 @@
 use dgd_runtime::signature::{PriorDensity, Signature};
 use nalgebra::{DMatrix, DVector};
 
-use crate::variables::Variables;
+use crate::variables::FitVariables;
 
 /// Within this fraction of the scale around its median, Laplace's density is at its kink.
 const AT_KINK: f64 = 1e-9;
@@ -53,13 +53,13 @@ pub(crate) struct PriorTerm {
 
 impl Prior {
     /// The prior of one parameter, SI.
-    pub fn of(parameter: usize, density: PriorDensity) -> Self {
+    pub fn for_parameter(parameter: usize, density: PriorDensity) -> Self {
         Self { weights: vec![(parameter, 1.0)], density }
     }
 
     /// A normal prior of one parameter, SI.
     pub fn normal(parameter: usize, mean: f64, std: f64) -> Self {
-        Self::of(parameter, PriorDensity::Normal { mean, std })
+        Self::for_parameter(parameter, PriorDensity::Normal { mean, std })
     }
 
     /// Mean and standard deviation of a normal prior.
@@ -101,7 +101,7 @@ impl Prior {
     }
 
     /// At the parameters p, whose variables have the values z; `None` if none of its parameters is free.
-    pub(crate) fn term(&self, variables: &Variables, p: &[f64], z: &[f64]) -> Option<PriorTerm> {
+    pub(crate) fn term(&self, variables: &FitVariables, p: &[f64], z: &[f64]) -> Option<PriorTerm> {
         let slopes: Vec<(usize, f64)> = self
             .weights
             .iter()

@@ -6,7 +6,7 @@
 //! ```
 //!
 //! σ(y) is the noise of the reading: declared, recorded, or from the formula with its shape in the first run
-//! ([`Shape`]); if σ grows with the output, the outputs of that run count as readings, too: σ of an output that is lost
+//! ([`NoiseShape`]); if σ grows with the output, the outputs of that run count as readings, too: σ of an output that is lost
 //! in the tolerance may be negative. So the tolerance is fixed once for all simulations of a fit, and a species that
 //! falls through decades is resolved as far down as it was measured. It is never looser than that of the problem.
 //!
@@ -16,19 +16,19 @@
 
 use dgd_runtime::for_identify::unknown_sizes;
 use dgd_runtime::signature::{Density, Distribution};
-use dgd_runtime::{Options, Point, Problem, Side, consistent_start};
+use dgd_runtime::{EvaluationPoint, LimitSide, Options, Problem, consistent_start};
 
-use super::fit::Total;
-use super::stepping::Accuracy;
-use super::{Ended, OutputErrorProblem, Starts, estimate, evaluate};
+use super::fit::FitTotals;
+use super::stepping::SteppingAccuracy;
+use super::{EstimationEnd, OutputErrorProblem, Starts, estimate, evaluate};
 use crate::error::EstimateError;
 use crate::journal::Digest;
-use crate::noise::Noise;
-use crate::noise::density::Seen;
-use crate::noise::shape::Shape;
-use crate::output_error::Evaluation;
+use crate::noise::NoiseSource;
+use crate::noise::density::PredictedReading;
+use crate::noise::shape::NoiseShape;
+use crate::output_error::OutputErrorEvaluation;
 use crate::recording::Recording;
-use crate::variables::Variables;
+use crate::variables::FitVariables;
 
 /// Largest simulation error, relative to the noise of a reading.
 const OF_NOISE: f64 = 0.01;
@@ -40,18 +40,18 @@ const MOST_SHAPES: usize = 3;
 const NEARBY: f64 = 1e-2;
 
 /// A point of the search, simulated without derivatives.
-struct At<'p, 'a> {
+struct SimulatedPoint<'p, 'a> {
     problem: &'p OutputErrorProblem<'a>,
-    found: Evaluation,
+    found: OutputErrorEvaluation,
 }
 
-impl<'p, 'a> At<'p, 'a> {
+impl<'p, 'a> SimulatedPoint<'p, 'a> {
     /// `None` if it cannot be simulated.
     fn new(
         problem: &'p OutputErrorProblem<'a>,
-        variables: &Variables,
+        variables: &FitVariables,
         z: &[f64],
-        total: &mut Total,
+        total: &mut FitTotals,
     ) -> Option<Self> {
         let p = variables.parameters(problem.p, z);
         let recordings = problem.recordings.iter().enumerate();
@@ -72,24 +72,24 @@ impl<'p, 'a> At<'p, 'a> {
     }
 
     /// The growth of an output's noise with the output, if any.
-    fn shape(&self, output: usize) -> Option<Shape> {
-        let Some(Noise::Density(density)) = self.problem.noise[output] else { return None };
+    fn shape(&self, output: usize) -> Option<NoiseShape> {
+        let Some(NoiseSource::Density(density)) = self.problem.noise[output] else { return None };
         if density.distribution == Distribution::LogNormal {
             return None;
         }
         let pairs = self.samples(output).map(|(_, w)| (w[output], w[density.deviation]));
         let measured: Vec<f64> = self.samples(output).map(|(y, _)| y).collect();
-        Shape::of(&pairs.collect::<Vec<_>>(), &measured)
+        NoiseShape::fit(&pairs.collect::<Vec<_>>(), &measured)
     }
 
     /// −2 ln of the likelihood of the outputs whose readings have individual σ; `None` if a reading has none.
     fn deviance(&self) -> Option<f64> {
         let mut sum = 0.0;
         for (output, noise) in self.problem.noise.iter().enumerate() {
-            let Some(Noise::Density(density)) = noise else { continue };
+            let Some(NoiseSource::Density(density)) = noise else { continue };
             for (measured, w) in self.samples(output) {
                 let sigma = w[density.deviation];
-                let reading = Seen { measured, simulated: w[output], sigma };
+                let reading = PredictedReading { measured, simulated: w[output], sigma };
                 if reading.spoilt(density.distribution).is_some() {
                     return None;
                 }
@@ -101,23 +101,23 @@ impl<'p, 'a> At<'p, 'a> {
     }
 }
 
-/// The readings of an output, each with its noise; empty if the noise is unknown. `at` is needed for computed noise; if
+/// The readings of an output, each with its noise; empty if the noise is unknown. `evaluate` is needed for computed noise; if
 /// that grows with the output, the outputs `simulated` there follow.
 fn noise_of_readings(
     problem: &OutputErrorProblem<'_>,
-    at: Option<&At<'_, '_>>,
+    at: Option<&SimulatedPoint<'_, '_>>,
     output: usize,
     simulated: bool,
 ) -> Vec<(f64, f64)> {
     let declared = problem.system.signature().outputs[output].noise;
     let is_usable = |(_, sigma): &(f64, f64)| *sigma > 0.0 && sigma.is_finite();
-    let (Some(Noise::Density(density)), Some(at)) = (problem.noise[output], at) else {
+    let (Some(NoiseSource::Density(density)), Some(at)) = (problem.noise[output], at) else {
         let of_recording = |recording: &Recording| -> Vec<(f64, f64)> {
             let sigma = |k: usize| match problem.noise[output]? {
-                Noise::Known(sigma) => Some(sigma),
-                Noise::Estimated => declared,
-                Noise::Recorded => Some(recording.deviations_of(output)?[k]),
-                Noise::Density(_) | Noise::Stabilised(..) => None,
+                NoiseSource::Known(sigma) => Some(sigma),
+                NoiseSource::Estimated => declared,
+                NoiseSource::Recorded => Some(recording.deviations_of(output)?[k]),
+                NoiseSource::Density(_) | NoiseSource::Stabilised(..) => None,
             };
             recording.counted(output).filter_map(|(k, y)| Some((y, sigma(k)?))).collect()
         };
@@ -128,7 +128,7 @@ fn noise_of_readings(
         let sigma = w[density.deviation].abs();
         let sigma = match (density.distribution, shape) {
             (Distribution::LogNormal, _) => sigma * y,
-            (_, Some(shape)) => sigma * shape.at(y) / shape.at(w[output]),
+            (_, Some(shape)) => sigma * shape.evaluate(y) / shape.evaluate(w[output]),
             (_, None) => sigma,
         };
         (y, sigma)
@@ -140,18 +140,19 @@ fn noise_of_readings(
 
 /// Whether the model computes the noise of an output.
 fn is_computed(problem: &OutputErrorProblem<'_>) -> bool {
-    problem.noise.iter().any(|noise| matches!(noise, Some(Noise::Density(_))))
+    problem.noise.iter().any(|noise| matches!(noise, Some(NoiseSource::Density(_))))
 }
 
 /// The problem with the absolute tolerance that its readings need, or a looser one if it cannot be simulated with that.
 pub(super) fn with_tolerance<'a>(
     problem: &OutputErrorProblem<'a>,
-    variables: &Variables,
+    variables: &FitVariables,
     z: &[f64],
-    total: &mut Total,
+    total: &mut FitTotals,
 ) -> OutputErrorProblem<'a> {
     let Some(reaches) = reaches(problem, variables, z) else { return problem.clone() };
-    let first_run = if is_computed(problem) { At::new(problem, variables, z, total) } else { None };
+    let first_run =
+        if is_computed(problem) { SimulatedPoint::new(problem, variables, z, total) } else { None };
     let with = |atol: f64| {
         let options = Options { atol: problem.options.atol.min(atol), ..problem.options };
         OutputErrorProblem { options, ..problem.clone() }
@@ -169,7 +170,7 @@ pub(super) fn with_tolerance<'a>(
             break;
         }
         let tighter = with(atol);
-        if At::new(&tighter, variables, z, total).is_some() {
+        if SimulatedPoint::new(&tighter, variables, z, total).is_some() {
             return tighter;
         }
     }
@@ -177,7 +178,11 @@ pub(super) fn with_tolerance<'a>(
 }
 
 /// Σ |∂w/∂x| size(x) of each output at the start of the first recording; `None` for a model without unknowns.
-fn reaches(problem: &OutputErrorProblem<'_>, variables: &Variables, z: &[f64]) -> Option<Vec<f64>> {
+fn reaches(
+    problem: &OutputErrorProblem<'_>,
+    variables: &FitVariables,
+    z: &[f64],
+) -> Option<Vec<f64>> {
     let (system, signature) = (problem.system, problem.system.signature());
     let recording = problem.recordings.first().filter(|_| !signature.unknowns.is_empty())?;
     let t = *recording.times.first()?;
@@ -189,12 +194,12 @@ fn reaches(problem: &OutputErrorProblem<'_>, variables: &Variables, z: &[f64]) -
     unknown_sizes(&system, &consistent.y, &mut sizes);
     // Delayed unknowns follow the inputs in u; sizes hardly depend on them.
     let mut u = vec![0.0; signature.n_u()];
-    recording.inputs.value(t, Side::Right, &mut u[..recording.inputs.len()]);
+    recording.inputs.value(t, LimitSide::Right, &mut u[..recording.inputs.len()]);
     let n_w = signature.outputs.len();
     let [by_y, by_u, by_p] = &signature.output_jacobians;
     let mut dwdy = vec![0.0; by_y.len()];
     let (mut dwdu, mut dwdp) = (vec![0.0; by_u.len()], vec![0.0; by_p.len()]);
-    let point = Point { t, y: &consistent.y, u: &u, p: &p, z: &consistent.z };
+    let point = EvaluationPoint { t, y: &consistent.y, u: &u, p: &p, z: &consistent.z };
     system.output_jacobians(point, &mut dwdy, &mut dwdu, &mut dwdp, &mut vec![0.0; n_w]);
     let mut reaches = vec![0.0; n_w];
     for ((row, column), value) in by_y.positions().zip(&dwdy) {
@@ -206,30 +211,32 @@ fn reaches(problem: &OutputErrorProblem<'_>, variables: &Variables, z: &[f64]) -
 /// A point closer to the minimum of a likelihood whose noise grows with the outputs; z itself if none does.
 pub(super) fn closer(
     problem: &OutputErrorProblem<'_>,
-    variables: &Variables,
+    variables: &FitVariables,
     z: Vec<f64>,
     data: usize,
     of: Option<Digest>,
-    total: &mut Total,
+    total: &mut FitTotals,
 ) -> Result<Vec<f64>, EstimateError> {
     if !is_computed(problem) {
         return Ok(z);
     }
-    let Some(mut at) = At::new(problem, variables, &z, total) else { return Ok(z) };
+    let Some(mut at) = SimulatedPoint::new(problem, variables, &z, total) else { return Ok(z) };
     let mut z = z;
     for round in 0..MOST_SHAPES {
-        let shapes: Vec<Option<Shape>> = (0..problem.noise.len()).map(|i| at.shape(i)).collect();
+        let shapes: Vec<Option<NoiseShape>> =
+            (0..problem.noise.len()).map(|i| at.shape(i)).collect();
         if shapes.iter().all(Option::is_none) {
             break;
         }
-        let even = |(noise, shape): (&Option<Noise>, &Option<Shape>)| match (noise, shape) {
-            (Some(Noise::Density(density)), Some(shape)) => {
-                // Far away the slopes of Student's density vanish, but not those of the normal one.
-                let normal = Density { distribution: Distribution::Normal, ..*density };
-                Some(Noise::Stabilised(normal, *shape))
-            }
-            (noise, _) => *noise,
-        };
+        let even =
+            |(noise, shape): (&Option<NoiseSource>, &Option<NoiseShape>)| match (noise, shape) {
+                (Some(NoiseSource::Density(density)), Some(shape)) => {
+                    // Far away the slopes of Student's density vanish, but not those of the normal one.
+                    let normal = Density { distribution: Distribution::Normal, ..*density };
+                    Some(NoiseSource::Stabilised(normal, *shape))
+                }
+                (noise, _) => *noise,
+            };
         let noise = problem.noise.iter().zip(&shapes).map(even).collect();
         let mut stopping = problem.stopping;
         // Half of the remaining evaluations are for the likelihood itself.
@@ -237,13 +244,14 @@ pub(super) fn closer(
         stopping.evaluations = total.evaluations + left / 2;
         let scaled =
             OutputErrorProblem { noise, stopping, negligible_reduction: NEARBY, ..problem.clone() };
-        let accuracy = Accuracy::first(&scaled, variables, &z)?;
+        let accuracy = SteppingAccuracy::first(&scaled, variables, &z)?;
         let scaled = OutputErrorProblem { options: accuracy.applied(), ..scaled };
         let pairs = shapes.iter().flatten().map(|shape| (shape.floor, shape.slope));
-        let digest = of.map(|of| of.of(&("even noise", round)).of(&pairs.collect::<Vec<_>>()));
+        let digest =
+            of.map(|of| of.debug(&("even noise", round)).debug(&pairs.collect::<Vec<_>>()));
         let ended = estimate(&scaled, variables, z.clone(), data, digest, total);
-        let Ok(Ended { z: found, .. }) = ended else { break };
-        let Some(next) = At::new(problem, variables, &found, total) else { break };
+        let Ok(EstimationEnd { z: found, .. }) = ended else { break };
+        let Some(next) = SimulatedPoint::new(problem, variables, &found, total) else { break };
         let Some(deviance) = next.deviance() else { break };
         if at.deviance().is_some_and(|before| before <= deviance) {
             break;

@@ -17,7 +17,7 @@ use crate::error::{EstimateError, TrialFailed, TrialFailure};
 use crate::minimise::trust_region::Termination;
 use crate::output_error::OutputErrorProblem;
 use crate::recording::Recording;
-use crate::variables::Variables;
+use crate::variables::FitVariables;
 
 /// With more steps per sample than this, adaptive steps are better.
 const MOST: u32 = 8;
@@ -33,20 +33,20 @@ const LEAST_RTOL: f64 = 1e-12;
 
 /// Steps and accuracy of a fit's simulations: the same for all costs that are compared.
 #[derive(Clone, Copy)]
-pub(crate) struct Accuracy {
-    pub stepping: Stepping,
+pub(crate) struct SteppingAccuracy {
+    pub stepping: FitStepping,
     options: Options,
     tightened: u32,
 }
 
-impl Accuracy {
+impl SteppingAccuracy {
     /// The accuracy with which a fit begins at z.
     pub(crate) fn first(
         problem: &OutputErrorProblem<'_>,
-        variables: &Variables,
+        variables: &FitVariables,
         z: &[f64],
     ) -> Result<Self, EstimateError> {
-        let stepping = Stepping::first(problem, variables, z)?;
+        let stepping = FitStepping::first(problem, variables, z)?;
         Ok(Self { stepping, options: problem.options, tightened: 0 })
     }
 
@@ -60,7 +60,7 @@ impl Accuracy {
     pub(crate) fn next(
         &self,
         problem: &OutputErrorProblem<'_>,
-        variables: &Variables,
+        variables: &FitVariables,
         z: &[f64],
         ended: Option<Termination>,
     ) -> Result<Option<Self>, EstimateError> {
@@ -79,9 +79,9 @@ impl Accuracy {
             return Ok(None);
         }
         let stepping = match self.stepping {
-            Stepping::Adaptive => Some(Stepping::Adaptive),
-            Stepping::Exact => None,
-            Stepping::PerSample(_) => self.stepping.next(&with(options), variables, z)?,
+            FitStepping::Adaptive => Some(FitStepping::Adaptive),
+            FitStepping::Exact => None,
+            FitStepping::PerSample(_) => self.stepping.next(&with(options), variables, z)?,
         };
         let tightened = self.tightened + 1;
         Ok(stepping.map(|stepping| Self { stepping, options, tightened }))
@@ -90,7 +90,7 @@ impl Accuracy {
 
 /// The steps of a fit's simulations.
 #[derive(Debug, Clone, Copy)]
-pub enum Stepping {
+pub enum FitStepping {
     /// Adaptive, by error control.
     Adaptive,
     /// None: linear models have exact solutions between samples.
@@ -99,7 +99,7 @@ pub enum Stepping {
     PerSample(PerSampleChoice),
 }
 
-impl Stepping {
+impl FitStepping {
     /// The options with this stepping.
     pub fn applied(self, options: Options) -> Options {
         match self {
@@ -112,7 +112,7 @@ impl Stepping {
     /// The steps for a fit that starts at z.
     pub(crate) fn first(
         problem: &OutputErrorProblem<'_>,
-        variables: &Variables,
+        variables: &FitVariables,
         z: &[f64],
     ) -> Result<Self, EstimateError> {
         let Options { method, steps, .. } = problem.options;
@@ -135,7 +135,11 @@ impl Stepping {
     }
 
     /// Constant steps, if the recordings and the model are suitable.
-    fn suited(problem: &OutputErrorProblem<'_>, variables: &Variables, z: &[f64]) -> Option<Self> {
+    fn suited(
+        problem: &OutputErrorProblem<'_>,
+        variables: &FitVariables,
+        z: &[f64],
+    ) -> Option<Self> {
         let p = variables.parameters(problem.p, z);
         let mut choice = PerSampleChoice { method: problem.options.method, steps: NonZeroU32::MIN };
         for (r, recording) in problem.recordings.iter().enumerate() {
@@ -169,7 +173,7 @@ impl Stepping {
     pub(crate) fn next(
         self,
         problem: &OutputErrorProblem<'_>,
-        variables: &Variables,
+        variables: &FitVariables,
         z: &[f64],
     ) -> Result<Option<Self>, EstimateError> {
         let Self::PerSample(choice) = self else { return Ok(None) };
@@ -194,21 +198,21 @@ impl Stepping {
 /// As many steps per sample as the beginnings of all recordings require, at least those of `choice`.
 fn enough(
     problem: &OutputErrorProblem<'_>,
-    variables: &Variables,
+    variables: &FitVariables,
     z: &[f64],
     choice: PerSampleChoice,
-) -> Result<Stepping, EstimateError> {
+) -> Result<FitStepping, EstimateError> {
     let options = Options { method: choice.method, ..problem.options };
     let wanted =
         most(problem, variables, z, |run, times| per_sample_of_head(run, times, &options))?;
     let steps = NonZeroU32::new(wanted).map_or(choice.steps, |wanted| wanted.max(choice.steps));
-    Ok(Stepping::PerSample(PerSampleChoice { steps, ..choice }))
+    Ok(FitStepping::PerSample(PerSampleChoice { steps, ..choice }))
 }
 
 /// The largest number required by the recordings at z.
 fn most(
     problem: &OutputErrorProblem<'_>,
-    variables: &Variables,
+    variables: &FitVariables,
     z: &[f64],
     number: impl Fn(&ModelProblem<'_>, &[f64]) -> Result<u32, IntegrateError>,
 ) -> Result<u32, EstimateError> {

@@ -7,21 +7,21 @@ use nalgebra::DMatrix;
 
 use crate::error::{TrialFailed, TrialFailure};
 use crate::minimise::trust_region::NormalEquations;
-use crate::noise::Noise;
-use crate::noise::density::Counting;
+use crate::noise::NoiseSource;
+use crate::noise::density::SampleWeighting;
 use crate::noise::loss::Loss;
 use crate::output_error::OutputErrorProblem;
 use crate::output_error::prior::PriorTerm;
-use crate::recording::{Misfit, Recording, Sums, SumsOf, simulated_sums};
-use crate::variables::Variables;
+use crate::recording::{OutputMisfit, OutputSums, Recording, SumsOf, simulated_sums};
+use crate::variables::FitVariables;
 
 /// Weighted sums over all recordings.
-pub(crate) struct Weighted {
+pub(crate) struct WeightedSums {
     pub normal: NormalEquations,
-    pub sums: Vec<Vec<Sums>>,
+    pub sums: Vec<Vec<OutputSums>>,
 }
 
-impl AsRef<NormalEquations> for Weighted {
+impl AsRef<NormalEquations> for WeightedSums {
     fn as_ref(&self) -> &NormalEquations {
         &self.normal
     }
@@ -30,10 +30,10 @@ impl AsRef<NormalEquations> for Weighted {
 /// Sums over the samples of all recordings at z, which depend on σ for a loss other than squares.
 pub(crate) fn simulate_all(
     problem: &OutputErrorProblem<'_>,
-    variables: &Variables,
+    variables: &FitVariables,
     z: &[f64],
     sigma: &[Option<f64>],
-) -> Result<Vec<Vec<Sums>>, TrialFailed> {
+) -> Result<Vec<Vec<OutputSums>>, TrialFailed> {
     let OutputErrorProblem { system, recordings, options, threads, noise, loss, .. } = problem;
     let p = variables.parameters(problem.p, z);
     let names = output_names(*system);
@@ -46,7 +46,7 @@ pub(crate) fn simulate_all(
         let sums_of = SumsOf { columns: &columns, counting: &counting };
         simulated_sums(system, recording, &p, &start, options, sums_of, name)
     });
-    let failed = |(recording, result): (usize, Result<Vec<Sums>, TrialFailure>)| {
+    let failed = |(recording, result): (usize, Result<Vec<OutputSums>, TrialFailure>)| {
         result.map_err(|reason| TrialFailed { recording, reason })
     };
     results.into_iter().enumerate().map(failed).collect()
@@ -54,20 +54,24 @@ pub(crate) fn simulate_all(
 
 /// How the samples of each output of a recording contribute.
 fn counting<'r>(
-    noise: &[Option<Noise>],
+    noise: &[Option<NoiseSource>],
     loss: Loss,
     sigma: &[Option<f64>],
     recording: &'r Recording,
-) -> Vec<Counting<'r>> {
+) -> Vec<SampleWeighting<'r>> {
     let counting_of = |i: usize| match noise[i] {
-        Some(Noise::Density(density)) => Counting::Density(density),
-        Some(Noise::Stabilised(density, shape)) => Counting::Stabilised(density, shape),
-        Some(Noise::Recorded) => {
-            let rows = recording.deviations_of(i);
-            rows.map_or(Counting::Squares, |rows| Counting::Rows(rows, Distribution::Normal))
+        Some(NoiseSource::Density(density)) => SampleWeighting::Density(density),
+        Some(NoiseSource::Stabilised(density, shape)) => {
+            SampleWeighting::Stabilised(density, shape)
         }
-        Some(Noise::Known(_) | Noise::Estimated) | None => {
-            loss.scaled(sigma[i]).map_or(Counting::Squares, Counting::Robust)
+        Some(NoiseSource::Recorded) => {
+            let rows = recording.deviations_of(i);
+            rows.map_or(SampleWeighting::Squares, |rows| {
+                SampleWeighting::Rows(rows, Distribution::Normal)
+            })
+        }
+        Some(NoiseSource::Known(_) | NoiseSource::Estimated) | None => {
+            loss.scaled(sigma[i]).map_or(SampleWeighting::Squares, SampleWeighting::Robust)
         }
     };
     (0..sigma.len()).map(counting_of).collect()
@@ -76,11 +80,11 @@ fn counting<'r>(
 /// Weights and adds up contributions: recordings and their outputs in order, then priors.
 pub(crate) fn weigh(
     problem: &OutputErrorProblem<'_>,
-    variables: &Variables,
+    variables: &FitVariables,
     z: &[f64],
     sigma: &[Option<f64>],
-    sums: Vec<Vec<Sums>>,
-) -> Weighted {
+    sums: Vec<Vec<OutputSums>>,
+) -> WeightedSums {
     let mut normal = NormalEquations::zeros(variables.len());
     for (r, of_recording) in sums.iter().enumerate() {
         for (sums, sigma) in of_recording.iter().zip(sigma) {
@@ -105,13 +109,13 @@ pub(crate) fn weigh(
         term.add_curvature(&mut normal.information);
     }
     normal.information.fill_upper_triangle_with_lower_triangle();
-    Weighted { normal, sums }
+    WeightedSums { normal, sums }
 }
 
 /// Adds the contribution of a recording's samples to its own variables.
 fn add(
     information: &mut DMatrix<f64>,
-    variables: &Variables,
+    variables: &FitVariables,
     r: usize,
     weight: f64,
     of_recording: &[f64],
@@ -129,10 +133,10 @@ fn add(
 /// H and G of the covariance H⁻¹ G H⁻¹ for a loss other than squares ([`crate::noise::loss`]).
 pub(crate) fn curvature_and_influence(
     problem: &OutputErrorProblem<'_>,
-    variables: &Variables,
+    variables: &FitVariables,
     z: &[f64],
     sigma: &[Option<f64>],
-    at: &Weighted,
+    at: &WeightedSums,
 ) -> (DMatrix<f64>, DMatrix<f64>) {
     let n = variables.len();
     let (mut h, mut g) = (DMatrix::zeros(n, n), DMatrix::zeros(n, n));
@@ -172,9 +176,9 @@ pub(crate) fn curvature_and_influence(
 /// The information of a fit at z: steps may have used another curvature of the priors.
 pub(crate) fn information(
     problem: &OutputErrorProblem<'_>,
-    variables: &Variables,
+    variables: &FitVariables,
     z: &[f64],
-    at: &Weighted,
+    at: &WeightedSums,
 ) -> DMatrix<f64> {
     let mut information = at.normal.information.clone();
     for term in prior_terms(problem, variables, z) {
@@ -186,7 +190,7 @@ pub(crate) fn information(
 /// The contribution at z of each prior with a free parameter.
 fn prior_terms(
     problem: &OutputErrorProblem<'_>,
-    variables: &Variables,
+    variables: &FitVariables,
     z: &[f64],
 ) -> impl Iterator<Item = PriorTerm> {
     let p = variables.parameters(problem.p, z);
@@ -194,14 +198,17 @@ fn prior_terms(
 }
 
 /// Priors with a free parameter.
-pub(crate) fn effective_priors(problem: &OutputErrorProblem<'_>, variables: &Variables) -> usize {
+pub(crate) fn effective_priors(
+    problem: &OutputErrorProblem<'_>,
+    variables: &FitVariables,
+) -> usize {
     let is_free = |i| variables.parameter(i).is_some();
     problem.priors.iter().filter(|prior| prior.concerns(is_free)).count()
 }
 
 /// Simulated against measured, by recording and output.
-pub(crate) fn misfits(sums: &[Vec<Sums>]) -> Vec<Vec<Misfit>> {
-    let misfit = |sums: &Sums| Misfit { samples: sums.samples, squares: sums.squares };
+pub(crate) fn misfits(sums: &[Vec<OutputSums>]) -> Vec<Vec<OutputMisfit>> {
+    let misfit = |sums: &OutputSums| OutputMisfit { samples: sums.samples, squares: sums.squares };
     sums.iter().map(|of_recording| of_recording.iter().map(misfit).collect()).collect()
 }
 

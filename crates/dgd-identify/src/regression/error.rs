@@ -98,13 +98,13 @@ pub enum RegressionError {
     /// No sample is steady.
     NothingSteady {
         /// The unknowns that should be.
-        unknowns: Vec<Unsteady>,
+        unknowns: Vec<UnsteadyUnknown>,
     },
 }
 
 /// An unknown whose rate is limited.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Unsteady {
+pub struct UnsteadyUnknown {
     /// Its name.
     pub unknown: String,
     /// Its lowest rate, in its unit per second; infinity if no reading determines it.
@@ -197,7 +197,9 @@ impl fmt::Display for RegressionError {
             }
             Self::NothingSteady { unknowns } => {
                 write!(f, "no sample is steady")?;
-                for (k, Unsteady { unknown, slowest, limit, unit }) in unknowns.iter().enumerate() {
+                for (k, UnsteadyUnknown { unknown, slowest, limit, unit }) in
+                    unknowns.iter().enumerate()
+                {
                     let gap = if k == 0 { ": " } else { "; " };
                     if slowest.is_finite() {
                         write!(

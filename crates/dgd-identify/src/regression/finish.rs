@@ -3,15 +3,15 @@
 use dgd_runtime::Direction;
 use nalgebra::DMatrix;
 
-use crate::noise::Noise;
+use crate::noise::NoiseSource;
 use crate::regression::RegressionMethod;
 use crate::regression::error::RegressionError;
 use crate::regression::least_squares::{UNSEEN, spectrum};
-use crate::regression::prepare::Prepared;
-use crate::regression::rows::{RowOf, Rows, RowsLeftOut};
-use crate::regression::separable::{Searched, triangle};
-use crate::uncertainty::{Estimate, Uncertainty, Undetermined};
-use crate::variables::Bound;
+use crate::regression::prepare::PreparedRegression;
+use crate::regression::rows::{RegressionRows, RowOf, RowsLeftOut};
+use crate::regression::separable::{SeparableEnd, triangle};
+use crate::uncertainty::{ParameterEstimate, Uncertainty, UndeterminedDirection};
+use crate::variables::BoundReached;
 
 /// Noise below this fraction of a row's magnitude is rounding error.
 const ROUNDING: f64 = 1e-14;
@@ -43,7 +43,7 @@ pub struct RegressionFit {
     /// All parameters, SI.
     pub p: Vec<f64>,
     /// The free parameters.
-    pub estimates: Vec<Estimate>,
+    pub estimates: Vec<ParameterEstimate>,
     /// Which of them were found by linear least squares.
     pub linear: Vec<bool>,
     /// The linear ones without bounds, given the others, SI; `None` if no bound was reached.
@@ -53,7 +53,7 @@ pub struct RegressionFit {
     /// Condition number of the weighted derivatives with respect to all free parameters, with columns of length 1.
     pub condition_number: f64,
     /// Changes of the estimates that affect no row.
-    pub undetermined: Vec<Undetermined>,
+    pub undetermined: Vec<UndeterminedDirection>,
     /// Quality of fit of equations and outputs.
     pub rows: Vec<RowQuality>,
     /// Σ (residual/σ)², including priors.
@@ -97,7 +97,7 @@ impl RegressionFit {
 
 /// The end of a round of a fit.
 #[derive(Debug, Clone)]
-pub(crate) struct Found {
+pub(crate) struct RegressionRound {
     pub p: Vec<f64>,
     /// The linear parameters without bounds.
     pub unbounded: Vec<f64>,
@@ -115,7 +115,7 @@ pub(crate) struct Found {
 
 /// Sums over the rows of one kind.
 #[derive(Debug, Clone, Default)]
-struct Tally {
+struct RowTally {
     samples: usize,
     /// Σ residual².
     residuals: f64,
@@ -131,8 +131,8 @@ struct Tally {
     last: Option<f64>,
 }
 
-fn tallies(rows: &mut Rows<'_>, p: &[f64]) -> Result<Vec<Tally>, RegressionError> {
-    let mut tallies = vec![Tally::default(); rows.kinds.len()];
+fn tallies(rows: &mut RegressionRows<'_>, p: &[f64]) -> Result<Vec<RowTally>, RegressionError> {
+    let mut tallies = vec![RowTally::default(); rows.kinds.len()];
     rows.visit(p, &mut |row| {
         let tally = &mut tallies[row.kind];
         tally.samples += 1;
@@ -152,11 +152,11 @@ fn tallies(rows: &mut Rows<'_>, p: &[f64]) -> Result<Vec<Tally>, RegressionError
     Ok(tallies)
 }
 
-impl Found {
+impl RegressionRound {
     /// First guesses: σ from the scatter of the residuals from one sample to the next.
     pub(crate) fn first(
-        prepared: &Prepared<'_>,
-        rows: &mut Rows<'_>,
+        prepared: &PreparedRegression<'_>,
+        rows: &mut RegressionRows<'_>,
     ) -> Result<Self, RegressionError> {
         let tallies = tallies(rows, &prepared.p)?;
         let least = tallies.iter().map(|tally| match ROUNDING * tally.largest {
@@ -185,13 +185,13 @@ impl Found {
 
     /// The end of a round, with σ estimated from its residuals.
     pub(crate) fn new(
-        prepared: &Prepared<'_>,
-        rows: &mut Rows<'_>,
+        prepared: &PreparedRegression<'_>,
+        rows: &mut RegressionRows<'_>,
         last: &Self,
         p: Vec<f64>,
         unbounded: Vec<f64>,
         bounds: &[(f64, f64)],
-        searched: &Searched,
+        searched: &SeparableEnd,
     ) -> Result<Self, RegressionError> {
         let tallies = tallies(rows, &p)?;
         let samples: usize = tallies.iter().map(|tally| tally.samples).sum();
@@ -205,13 +205,13 @@ impl Found {
             known(prepared, rows, kind).unwrap_or(estimated.max(last.least[kind]))
         });
         let sigma = sigma.collect();
-        let Searched { evaluations, iterations, is_converged, is_flat, .. } = *searched;
+        let SeparableEnd { evaluations, iterations, is_converged, is_flat, .. } = *searched;
         let least = last.least.clone();
         Ok(Self { p, unbounded, sigma, least, iterations, evaluations, is_converged, is_flat })
     }
 
     /// The end of a fit, to continue with its weights.
-    pub(crate) fn of(fit: &RegressionFit) -> Self {
+    pub(crate) fn from_fit(fit: &RegressionFit) -> Self {
         let sigma: Vec<f64> = fit.rows.iter().map(|row| row.sigma).collect();
         Self {
             p: fit.p.clone(),
@@ -233,11 +233,11 @@ impl Found {
 }
 
 /// σ of a kind of rows, if it is given.
-fn known(prepared: &Prepared<'_>, rows: &Rows<'_>, kind: usize) -> Option<f64> {
+fn known(prepared: &PreparedRegression<'_>, rows: &RegressionRows<'_>, kind: usize) -> Option<f64> {
     match rows.kinds[kind].of {
         RowOf::Equation(_) => None,
         RowOf::Output(i) => match prepared.problem.noise[i] {
-            Some(Noise::Known(sigma)) => Some(sigma),
+            Some(NoiseSource::Known(sigma)) => Some(sigma),
             Some(_) | None => None,
         },
     }
@@ -245,10 +245,10 @@ fn known(prepared: &Prepared<'_>, rows: &Rows<'_>, kind: usize) -> Option<f64> {
 
 /// The regression that ended at this point.
 pub(crate) fn finish(
-    prepared: &Prepared<'_>,
-    rows: &mut Rows<'_>,
+    prepared: &PreparedRegression<'_>,
+    rows: &mut RegressionRows<'_>,
     linear: &[bool],
-    found: Found,
+    found: RegressionRound,
     method: RegressionMethod,
 ) -> Result<RegressionFit, RegressionError> {
     let signature = prepared.problem.system.signature();
@@ -256,14 +256,14 @@ pub(crate) fn finish(
     let columns: Vec<(usize, f64)> = prepared.sizes.iter().copied().enumerate().collect();
     let triangle = triangle(prepared, rows, &found.sigma, &found.p, &columns)?;
     let r: DMatrix<f64> = triangle.r();
-    let bounds: Vec<Option<Bound>> = free
+    let bounds: Vec<Option<BoundReached>> = free
         .iter()
         .map(|i| {
             let parameter = &signature.parameters[*i];
             match found.p[*i] {
                 _ if method == RegressionMethod::LeastSquares => None,
-                value if value <= parameter.lower => Some(Bound::Lower),
-                value if value >= parameter.upper => Some(Bound::Upper),
+                value if value <= parameter.lower => Some(BoundReached::Lower),
+                value if value >= parameter.upper => Some(BoundReached::Upper),
                 _ => None,
             }
         })
@@ -272,7 +272,7 @@ pub(crate) fn finish(
     let uncertainty = Uncertainty::of_triangle(&r, &is_fixed, UNSEEN);
     let spectrum = spectrum(&r);
     let tallies = tallies(rows, &found.p)?;
-    let estimates = free.iter().enumerate().map(|(j, i)| Estimate {
+    let estimates = free.iter().enumerate().map(|(j, i)| ParameterEstimate {
         name: signature.parameters[*i].name.to_string(),
         of: Direction::Parameter(*i),
         recording: None,
@@ -294,7 +294,7 @@ pub(crate) fn finish(
                     .map(|j| signature.parameters[free[j]].name.to_string()),
             }
         });
-    let estimates: Vec<Estimate> = estimates.collect();
+    let estimates: Vec<ParameterEstimate> = estimates.collect();
     Ok(RegressionFit {
         method,
         estimates,

@@ -11,19 +11,19 @@
 //! θ is p in units of its sizes, and P in units of their squares. With rows of several equations and outputs, each is
 //! divided by the scatter of its residuals at the start, relative to that of the first.
 
-use dgd_runtime::Point;
+use dgd_runtime::EvaluationPoint;
 use nalgebra::DMatrix;
 
 use crate::regression::error::RegressionError;
-use crate::regression::finish::{Found, RegressionFit, finish};
-use crate::regression::known::Known;
+use crate::regression::finish::{RegressionFit, RegressionRound, finish};
+use crate::regression::known::RecordingSamples;
 use crate::regression::known::filters::LambdaFilter;
 use crate::regression::least_squares::recursive::{
     ContinuousLeastSquares, Forgetting, RegressorSample,
 };
-use crate::regression::prepare::{self, Prepared};
-use crate::regression::rows::{RowOf, Rows};
-use crate::regression::separable::Searched;
+use crate::regression::prepare::{self, PreparedRegression};
+use crate::regression::rows::{RegressionRows, RowOf};
+use crate::regression::separable::SeparableEnd;
 use crate::regression::{RegressionMethod, RegressionProblem, structure};
 
 /// Limit on the steps between two samples.
@@ -42,7 +42,7 @@ pub struct FollowOptions {
 
 /// Estimates over time.
 #[derive(Debug, Clone)]
-pub struct Followed {
+pub struct ParameterPath {
     /// The last estimates, and their fit of all rows; without standard deviations, which depend on the autocorrelation
     /// of the filtered errors.
     pub fit: RegressionFit,
@@ -65,19 +65,19 @@ pub struct Followed {
 pub fn follow(
     problem: &RegressionProblem<'_>,
     options: &FollowOptions,
-) -> Result<Followed, RegressionError> {
+) -> Result<ParameterPath, RegressionError> {
     let Forgetting { rate, limit, .. } = options.forgetting;
     if !(rate >= 0.0 && rate.is_finite() && limit > 0.0) {
         return Err(RegressionError::Forgetting);
     }
-    let prepared = Prepared::new(problem)?;
+    let prepared = PreparedRegression::new(problem)?;
     let known = prepared.known()?;
     let mut rows = prepared.rows(&known)?;
     let linear = structure::find_linear(problem.system, &mut rows, problem.p);
     if linear.contains(&false) {
         return Err(prepare::not_linear(problem, &mut rows, &linear));
     }
-    let first = Found::first(&prepared, &mut rows)?;
+    let first = RegressionRound::first(&prepared, &mut rows)?;
     let n = prepared.free.len();
     let theta: Vec<f64> =
         prepared.free.iter().zip(&prepared.sizes).map(|(i, size)| prepared.p[*i] / size).collect();
@@ -90,7 +90,7 @@ pub fn follow(
     let weights = first.sigma.iter().map(|sigma| first.sigma[0] / sigma).collect();
 
     let step = options.time_constants.iter().copied().fold(f64::INFINITY, f64::min);
-    let mut following = Following { prepared: &prepared, weights, filter, estimator, step };
+    let mut following = PathEstimator { prepared: &prepared, weights, filter, estimator, step };
     let (mut times, mut estimates) = (Vec::new(), Vec::new());
     for (recording, known) in known.iter().enumerate() {
         following.along(&mut rows, recording, known, &mut |t, theta| {
@@ -107,14 +107,21 @@ pub fn follow(
         p[*i] = *value;
     }
     let bounds = prepared.bounds(RegressionMethod::LeastSquares);
-    let first_round =
-        Found::new(&prepared, &mut rows, &first, p.clone(), p, &bounds, &Searched::of(2))?;
+    let first_round = RegressionRound::new(
+        &prepared,
+        &mut rows,
+        &first,
+        p.clone(),
+        p,
+        &bounds,
+        &SeparableEnd::without_variables(2),
+    )?;
     let mut fit =
         finish(&prepared, &mut rows, &linear, first_round, RegressionMethod::LeastSquares)?;
     fit.forget_uncertainty();
     let covariance = following.estimator.covariance();
     let sizes = &prepared.sizes;
-    Ok(Followed {
+    Ok(ParameterPath {
         fit,
         covariance: DMatrix::from_fn(n, n, |i, j| covariance[(i, j)] * sizes[i] * sizes[j]),
         times,
@@ -123,8 +130,8 @@ pub fn follow(
     })
 }
 
-struct Following<'a> {
-    prepared: &'a Prepared<'a>,
+struct PathEstimator<'a> {
+    prepared: &'a PreparedRegression<'a>,
     weights: Vec<f64>,
     filter: LambdaFilter,
     estimator: ContinuousLeastSquares,
@@ -132,12 +139,12 @@ struct Following<'a> {
     step: f64,
 }
 
-impl Following<'_> {
+impl PathEstimator<'_> {
     fn along(
         &mut self,
-        rows: &mut Rows<'_>,
+        rows: &mut RegressionRows<'_>,
         recording: usize,
-        known: &Known,
+        known: &RecordingSamples,
         visit: &mut dyn FnMut(f64, &[f64]),
     ) {
         let n = self.prepared.free.len();
@@ -190,12 +197,12 @@ impl Following<'_> {
     /// The signals to filter, row by row: z₀, φ₀ in sizes, and the signals that enter z and φ by their rates.
     fn signals(
         &self,
-        rows: &mut Rows<'_>,
+        rows: &mut RegressionRows<'_>,
         recording: usize,
         sample: usize,
-        at: Point<'_>,
+        at: EvaluationPoint<'_>,
     ) -> Option<Vec<f64>> {
-        let Prepared { free, sizes, p, .. } = self.prepared;
+        let PreparedRegression { free, sizes, p, .. } = self.prepared;
         let n = free.len();
         let mut signals = vec![0.0; rows.kinds.len() * 2 * (n + 1)];
         let blocks = signals.chunks_exact_mut(2 * (n + 1)).enumerate();
@@ -216,7 +223,7 @@ impl Following<'_> {
                 RowOf::Output(i) => rows.recordings[recording].measured[i].as_ref()?[sample],
                 RowOf::Equation(_) => 0.0,
             };
-            if !rows.kinds[kind].late.is_empty() && !rows.known[recording].has_past(sample) {
+            if !rows.kinds[kind].delayed.is_empty() && !rows.known[recording].has_past(sample) {
                 return None;
             }
             let multiplier = rows.kinds[kind].multiplier;
@@ -245,7 +252,7 @@ impl Following<'_> {
 }
 
 /// Whether some transition resets an unknown whose equation has rows.
-fn resets_a_row(rows: &Rows<'_>) -> bool {
+fn resets_a_row(rows: &RegressionRows<'_>) -> bool {
     let discrete = &rows.system().signature().discrete;
     let mut resets = discrete.transitions().flat_map(|(_, transition)| transition.resets.iter());
     resets.any(|i| rows.kinds.iter().any(|kind| kind.of == RowOf::Equation(*i)))

@@ -13,7 +13,7 @@
 //! |---|---|
 //! | `known`, `slopes` | y and ẏ at each sample |
 //! | `modes` | modes at the samples, and unknowns that follow without readings |
-//! | `late` | delayed unknowns |
+//! | `delayed` | delayed unknowns |
 //! | `rows` | residuals and their derivatives, row by row |
 //! | `structure` | finds the parameters that enter linearly |
 //! | `triangle`, `least_squares` | linear least squares without squaring, free and within bounds |
@@ -37,18 +37,18 @@ mod trace;
 
 use crate::minimise::nelder_mead::SimplexRule;
 use crate::minimise::trust_region::StoppingRule;
-use crate::noise::Noise;
+use crate::noise::NoiseSource;
 use crate::output_error::prior::Prior;
-use crate::progress::{Unwatched, Watch};
+use crate::progress::{Monitor, NoMonitor};
 use crate::recording::Recording;
-use crate::regression::finish::Found;
-use crate::regression::known::Known;
-use crate::regression::prepare::Prepared;
+use crate::regression::finish::RegressionRound;
+use crate::regression::known::RecordingSamples;
+use crate::regression::prepare::PreparedRegression;
 use dgd_runtime::model::Model;
 
-pub use error::{RegressionError, Unsteady};
+pub use error::{RegressionError, UnsteadyUnknown};
 pub use finish::{RegressionFit, RowQuality};
-pub use follow::{FollowOptions, Followed, follow};
+pub use follow::{FollowOptions, ParameterPath, follow};
 pub use known::filters::LambdaFilter;
 pub use least_squares::recursive::{
     ContinuousLeastSquares, Forgetting, Normalisation, RecursiveLeastSquares, RegressorSample,
@@ -92,7 +92,7 @@ pub struct RegressionProblem<'a> {
     /// The recordings.
     pub recordings: &'a [Recording],
     /// For each output of the model, its noise; `None` if it is not used at all.
-    pub noise: Vec<Option<Noise>>,
+    pub noise: Vec<Option<NoiseSource>>,
     /// The priors.
     pub priors: Vec<Prior>,
     /// Half the width of the windows for slopes, s; the default is five usual steps.
@@ -104,7 +104,7 @@ pub struct RegressionProblem<'a> {
     /// The stopping rule of the simplex method.
     pub simplex: SimplexRule,
     /// Progress and cancellation.
-    pub watch: &'a dyn Watch,
+    pub watch: &'a dyn Monitor,
 }
 
 impl<'a> RegressionProblem<'a> {
@@ -116,7 +116,7 @@ impl<'a> RegressionProblem<'a> {
             p,
             free: vec![true; signature.directions.len()],
             recordings,
-            noise: vec![Some(Noise::Estimated); signature.outputs.len()],
+            noise: vec![Some(NoiseSource::Estimated); signature.outputs.len()],
             priors: Vec::new(),
             half_width: None,
             steady: Vec::new(),
@@ -128,7 +128,7 @@ impl<'a> RegressionProblem<'a> {
                 ..StoppingRule::default()
             },
             simplex: SimplexRule::default(),
-            watch: &Unwatched,
+            watch: &NoMonitor,
         }
     }
 }
@@ -145,7 +145,7 @@ pub fn regress(
     problem: &RegressionProblem<'_>,
     method: RegressionMethod,
 ) -> Result<RegressionFit, RegressionError> {
-    let mut prepared = Prepared::new(problem)?;
+    let mut prepared = PreparedRegression::new(problem)?;
     prepared.clamp(method);
     let mut known = prepared.known()?;
     let mut fit = regress_known(&prepared, &known, method)?;
@@ -177,14 +177,14 @@ pub fn regress(
 }
 
 /// Number of samples whose modes differ.
-fn differing(known: &[Known], next: &[Known]) -> usize {
+fn differing(known: &[RecordingSamples], next: &[RecordingSamples]) -> usize {
     known.iter().zip(next).map(|(known, next)| known.modes_differ(next)).sum()
 }
 
 /// The regression, given the unknowns at each sample.
 fn regress_known(
-    prepared: &Prepared<'_>,
-    known: &[Known],
+    prepared: &PreparedRegression<'_>,
+    known: &[RecordingSamples],
     method: RegressionMethod,
 ) -> Result<RegressionFit, RegressionError> {
     let problem = prepared.problem;
@@ -195,7 +195,7 @@ fn regress_known(
         return Err(prepare::not_linear(problem, &mut rows, &linear));
     }
 
-    let mut round = Found::first(prepared, &mut rows)?;
+    let mut round = RegressionRound::first(prepared, &mut rows)?;
     let mut is_stopped = false;
     let bounds = prepared.bounds(method);
     for _ in 0..MOST_ROUNDS {

@@ -4,17 +4,17 @@ use dgd_runtime::for_identify::{delay_sensitivities, parameter_size};
 use dgd_runtime::{Direction, Output, Pattern, Problem};
 
 use crate::error::verify_lengths;
-use crate::noise::Noise;
+use crate::noise::NoiseSource;
 use crate::output_error::prior::Prior;
 use crate::recording::Recording;
-use crate::regression::error::{RegressionError, Unsteady};
+use crate::regression::error::{RegressionError, UnsteadyUnknown};
 use crate::regression::known::modes::remembered;
-use crate::regression::known::{Known, Sensors};
-use crate::regression::rows::{RowKind, RowOf, Rows, delaying, late_reads};
+use crate::regression::known::{RecordingSamples, SensorEquations};
+use crate::regression::rows::{RegressionRows, RowKind, RowOf, delayed_reads, delaying};
 use crate::regression::{RegressionMethod, RegressionProblem, structure};
 
 /// A checked problem.
-pub(crate) struct Prepared<'a> {
+pub(crate) struct PreparedRegression<'a> {
     pub problem: &'a RegressionProblem<'a>,
     /// Positions of the free parameters.
     pub free: Vec<usize>,
@@ -24,7 +24,7 @@ pub(crate) struct Prepared<'a> {
     pub p: Vec<f64>,
 }
 
-impl<'a> Prepared<'a> {
+impl<'a> PreparedRegression<'a> {
     pub(crate) fn new(problem: &'a RegressionProblem<'a>) -> Result<Self, RegressionError> {
         let system = problem.system;
         let signature = system.signature();
@@ -76,7 +76,7 @@ impl<'a> Prepared<'a> {
     }
 
     /// Determines the unknowns at each sample.
-    pub(crate) fn known(&self) -> Result<Vec<Known>, RegressionError> {
+    pub(crate) fn known(&self) -> Result<Vec<RecordingSamples>, RegressionError> {
         let RegressionProblem { system, recordings, half_width, steady, .. } = self.problem;
         let used = |i: usize| self.uses(i);
         if !(0..self.problem.noise.len()).any(used) {
@@ -85,23 +85,24 @@ impl<'a> Prepared<'a> {
         let sensors = self.sensors();
         let mut all_known = Vec::with_capacity(recordings.len());
         for (r, recording) in recordings.iter().enumerate() {
-            let mut known = Known::new(*system, &self.p, r, recording, &sensors, *half_width)?;
+            let mut known =
+                RecordingSamples::new(*system, &self.p, r, recording, &sensors, *half_width)?;
             known.keep_steady(steady);
             all_known.push(known);
         }
-        let counts = |known: &Known| (0..known.times.len()).any(|k| known.counts(k));
+        let counts = |known: &RecordingSamples| (0..known.times.len()).any(|k| known.counts(k));
         if !steady.is_empty() && !all_known.iter().any(counts) {
             return Err(self.nothing_steady(&all_known));
         }
         Ok(all_known)
     }
 
-    fn nothing_steady(&self, known: &[Known]) -> RegressionError {
+    fn nothing_steady(&self, known: &[RecordingSamples]) -> RegressionError {
         let unknowns = &self.problem.system.signature().unknowns;
         let unsteady = |(i, limit): &(usize, f64)| {
             let unit = unknowns.unit(*i);
             let slowest = known.iter().map(|known| known.slowest(*i)).fold(f64::INFINITY, f64::min);
-            Unsteady {
+            UnsteadyUnknown {
                 unknown: unknowns.name(*i).to_string(),
                 slowest: slowest / unit.factor.abs(),
                 limit: limit / unit.factor.abs(),
@@ -114,10 +115,13 @@ impl<'a> Prepared<'a> {
     }
 
     /// The rows, some of which depend on each free parameter.
-    pub(crate) fn rows<'b>(&'b self, known: &'b [Known]) -> Result<Rows<'b>, RegressionError> {
+    pub(crate) fn rows<'b>(
+        &'b self,
+        known: &'b [RecordingSamples],
+    ) -> Result<RegressionRows<'b>, RegressionError> {
         let RegressionProblem { system, recordings, .. } = self.problem;
         let kinds = RowKind::all(*system, &self.free, |i| self.uses(i) && self.is_prompt(i));
-        let mut rows = Rows::new(*system, recordings, known, kinds, &self.free);
+        let mut rows = RegressionRows::new(*system, recordings, known, kinds, &self.free);
         let mut count = vec![0; rows.kinds.len()];
         for (recording, of_recording) in known.iter().enumerate() {
             for sample in 0..of_recording.times.len() {
@@ -146,7 +150,7 @@ impl<'a> Prepared<'a> {
         let mut has_rows = count.iter().map(|count| *count > 0);
         let mut kinds = std::mem::take(&mut rows.kinds);
         kinds.retain(|_| has_rows.next().unwrap_or(false));
-        Ok(Rows::new(*system, recordings, known, kinds, &self.free))
+        Ok(RegressionRows::new(*system, recordings, known, kinds, &self.free))
     }
 
     /// Whether an output is used and was measured.
@@ -156,13 +160,13 @@ impl<'a> Prepared<'a> {
     }
 
     /// Outputs and equations that determine the unknowns.
-    fn sensors(&self) -> Sensors {
+    fn sensors(&self) -> SensorEquations {
         let signature = self.problem.system.signature();
         let system = self.problem.system;
         let delaying = delaying(system, &self.free);
         let has_free = |by_u: &Pattern, by_p: &Pattern, row: usize| {
             by_p.positions().any(|(r, c)| r == row && self.free.contains(&c))
-                || late_reads(system, by_u, row).iter().any(|(k, _)| !delaying[*k].is_empty())
+                || delayed_reads(system, by_u, row).iter().any(|(k, _)| !delaying[*k].is_empty())
         };
         let [_, by_u, by_p] = &signature.output_jacobians;
         let outputs = signature
@@ -171,10 +175,10 @@ impl<'a> Prepared<'a> {
             .enumerate()
             .filter(|(i, _)| self.uses(*i) && self.is_prompt(*i) && !has_free(by_u, by_p, *i));
         let noise = |(i, output): (usize, &Output)| match self.problem.noise[i] {
-            Some(Noise::Known(sigma)) => (i, sigma),
+            Some(NoiseSource::Known(sigma)) => (i, sigma),
             _ => (i, output.noise.unwrap_or(output.unit.factor.abs())),
         };
-        Sensors {
+        SensorEquations {
             outputs: outputs.map(noise).collect(),
             equations: (0..signature.unknowns.len())
                 .filter(|i| !has_free(&signature.input_jacobian, &signature.parameter_jacobian, *i))
@@ -192,7 +196,7 @@ impl<'a> Prepared<'a> {
         &self,
         parameter: String,
         kind: &RowKind,
-        known: &[Known],
+        known: &[RecordingSamples],
     ) -> RegressionError {
         let signature = self.problem.system.signature();
         let is_known = |i: usize| {
@@ -223,8 +227,10 @@ impl<'a> Prepared<'a> {
     fn verify_delays(&self) -> Result<(), RegressionError> {
         let system = self.problem.system;
         let signature = system.signature();
-        if let (Some(late), Some(name)) = (signature.delayed_unknowns.first(), remembered(system)) {
-            let unknown = signature.unknowns.name(late.unknown).to_string();
+        if let (Some(delayed), Some(name)) =
+            (signature.delayed_unknowns.first(), remembered(system))
+        {
+            let unknown = signature.unknowns.name(delayed.unknown).to_string();
             return Err(RegressionError::ModesAndPast { name, unknown });
         }
         let Some(recording) = self.problem.recordings.first() else { return Ok(()) };
@@ -233,7 +239,7 @@ impl<'a> Prepared<'a> {
         let dtau = delay_sensitivities(&problem);
         let n = signature.delays.len();
         let of_inputs = |delay: usize| {
-            signature.delayed_inputs.iter().any(|late| late.delay == delay)
+            signature.delayed_inputs.iter().any(|delayed| delayed.delay == delay)
                 || signature.outputs.iter().any(|output| output.delay == Some(delay))
         };
         for (k, slope) in dtau.iter().enumerate() {
@@ -256,7 +262,7 @@ impl<'a> Prepared<'a> {
 /// Parameters that do not enter linearly, each with a row that shows it.
 pub(crate) fn not_linear(
     problem: &RegressionProblem<'_>,
-    rows: &mut Rows<'_>,
+    rows: &mut RegressionRows<'_>,
     linear: &[bool],
 ) -> RegressionError {
     let parameters = (0..linear.len())

@@ -4,12 +4,12 @@
 
 use std::cell::{Cell, RefCell};
 
-use crate::intervals::along::{HeldMinimum, Way, one_by_one};
+use crate::intervals::along::{HeldMinimum, ProfilePath, one_by_one};
 use crate::intervals::profile::{FAR, Profile};
 use crate::regression::error::RegressionError;
-use crate::regression::finish::{Found, RegressionFit};
-use crate::regression::prepare::Prepared;
-use crate::regression::rows::Rows;
+use crate::regression::finish::{RegressionFit, RegressionRound};
+use crate::regression::prepare::PreparedRegression;
+use crate::regression::rows::RegressionRows;
 use crate::regression::{RegressionMethod, RegressionProblem, separable, structure};
 
 /// The profiles of some estimates of a regression of this problem, in the order of `estimates`. If cancelled, returns
@@ -31,7 +31,7 @@ pub fn regression_profiles(
         RegressionMethod::NelderMead => RegressionMethod::VariableProjection,
         method => method,
     };
-    let mut prepared = Prepared::new(problem)?;
+    let mut prepared = PreparedRegression::new(problem)?;
     assert_eq!(prepared.free.len(), fit.estimates.len(), "the fit is that of the problem");
     // The fit has determined which parameters are linear.
     prepared.clamp(method);
@@ -39,26 +39,27 @@ pub fn regression_profiles(
     let known = prepared.known()?;
     let mut rows = prepared.rows(&known)?;
     structure::find_linear(problem.system, &mut rows, &guess);
-    let least = sum(&prepared, &mut rows, &Found::of(fit).sigma, &fit.p)?;
-    let along = Along { prepared: &prepared, rows: RefCell::new(rows), fit, method, least };
+    let least = sum(&prepared, &mut rows, &RegressionRound::from_fit(fit).sigma, &fit.p)?;
+    let along =
+        RegressionProfile { prepared: &prepared, rows: RefCell::new(rows), fit, method, least };
     Ok(one_by_one(estimates, problem.watch, |j| along.profile(j)))
 }
 
 /// A sum of squares, and its number of rows.
 #[derive(Debug, Clone, Copy)]
-struct Sum {
+struct SquareSum {
     rows: usize,
     cost: f64,
 }
 
 /// Σ_rows (residual/σ)² + Σ_priors ((wᵀp − mean) / std)².
 fn sum(
-    prepared: &Prepared<'_>,
-    rows: &mut Rows<'_>,
+    prepared: &PreparedRegression<'_>,
+    rows: &mut RegressionRows<'_>,
     sigma: &[f64],
     p: &[f64],
-) -> Result<Sum, RegressionError> {
-    let mut sum = Sum { rows: 0, cost: 0.0 };
+) -> Result<SquareSum, RegressionError> {
+    let mut sum = SquareSum { rows: 0, cost: 0.0 };
     rows.visit(p, &mut |row| {
         sum.rows += 1;
         sum.cost += (row.residual / sigma[row.kind]).powi(2);
@@ -75,15 +76,15 @@ fn sum(
 }
 
 /// The profile along one estimate.
-struct Along<'a> {
-    prepared: &'a Prepared<'a>,
-    rows: RefCell<Rows<'a>>,
+struct RegressionProfile<'a> {
+    prepared: &'a PreparedRegression<'a>,
+    rows: RefCell<RegressionRows<'a>>,
     fit: &'a RegressionFit,
     method: RegressionMethod,
-    least: Sum,
+    least: SquareSum,
 }
 
-impl Along<'_> {
+impl RegressionProfile<'_> {
     /// Variables are estimates in units of their sizes.
     fn profile(&self, j: usize) -> Profile {
         let sizes = &self.fit.sizes;
@@ -91,7 +92,7 @@ impl Along<'_> {
         let centre: Vec<f64> = centre.map(|(estimate, size)| estimate.value / size).collect();
         let (lower, upper) = self.prepared.bounds(self.method)[j];
         let evaluations = Cell::new(0);
-        let way = Way {
+        let way = ProfilePath {
             i: j,
             bounds: (lower / sizes[j], upper / sizes[j]),
             reach: FAR * centre[j].abs().max(1.0),
@@ -117,7 +118,7 @@ impl Along<'_> {
         let mut bounds = prepared.bounds(self.method);
         let value = held * fit.sizes[j];
         bounds[j] = (value, value);
-        let mut start = Found::of(fit);
+        let mut start = RegressionRound::from_fit(fit);
         for ((i, z), size) in free.iter().zip(&from.z).zip(&fit.sizes) {
             start.p[*i] = z * size;
         }

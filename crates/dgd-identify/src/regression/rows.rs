@@ -14,12 +14,12 @@
 
 use dgd_runtime::for_identify::changes_by_mode;
 use dgd_runtime::model::Model;
-use dgd_runtime::{Direction, Pattern, Point};
+use dgd_runtime::{Direction, EvaluationPoint, Pattern};
 
 use crate::recording::Recording;
 use crate::regression::error::RegressionError;
-use crate::regression::known::Known;
-use crate::regression::known::late::{BeforeRecord, Late};
+use crate::regression::known::RecordingSamples;
+use crate::regression::known::delayed::{BeforeRecord, DelayedColumns};
 
 /// The equation or output of a row.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -50,7 +50,7 @@ pub(crate) struct RowKind {
     pub parameters: Vec<(usize, usize)>,
     /// Delayed unknowns that it reads, each with the position of the derivative with respect to its value among the
     /// non-zeros, and the free parameters in their delays.
-    pub late: Vec<(usize, usize)>,
+    pub delayed: Vec<(usize, usize)>,
     pub in_delays: Vec<usize>,
     /// Position of the free parameter by which it is multiplied.
     pub multiplier: Option<usize>,
@@ -80,34 +80,34 @@ impl RowKind {
             reads.dedup();
             reads
         };
-        let late = |pattern: &Pattern, row: usize| late_reads(system, pattern, row);
+        let delayed = |pattern: &Pattern, row: usize| delayed_reads(system, pattern, row);
         let delaying = delaying(system, free);
-        let in_delays = |late: &[(usize, usize)]| -> Vec<usize> {
-            let reads = |j: &usize| late.iter().any(|(k, _)| delaying[*k].contains(j));
+        let in_delays = |delayed: &[(usize, usize)]| -> Vec<usize> {
+            let reads = |j: &usize| delayed.iter().any(|(k, _)| delaying[*k].contains(j));
             (0..free.len()).filter(reads).collect()
         };
         let equations = (0..signature.unknowns.len()).map(|i| {
-            let late = late(&signature.input_jacobian, i);
+            let delayed = delayed(&signature.input_jacobian, i);
             Self {
                 of: RowOf::Equation(i),
-                name: signature.equations.at(i).into_owned(),
+                name: signature.equations.get(i).into_owned(),
                 reads: reads(&signature.jacobian, i),
                 parameters: parameters(&signature.parameter_jacobian, i),
-                in_delays: in_delays(&late),
-                late,
+                in_delays: in_delays(&delayed),
+                delayed,
                 multiplier: None,
             }
         });
         let [by_y, by_u, by_p] = &signature.output_jacobians;
         let outputs = (0..signature.outputs.len()).filter(|i| used(*i)).map(|i| {
-            let late = late(by_u, i);
+            let delayed = delayed(by_u, i);
             Self {
                 of: RowOf::Output(i),
                 name: signature.outputs[i].name.to_string(),
                 reads: reads(by_y, i),
                 parameters: parameters(by_p, i),
-                in_delays: in_delays(&late),
-                late,
+                in_delays: in_delays(&delayed),
+                delayed,
                 multiplier: None,
             }
         });
@@ -117,7 +117,11 @@ impl RowKind {
 }
 
 /// Delayed unknowns that a row reads, each with the position of the derivative with respect to its value.
-pub(crate) fn late_reads(system: &dyn Model, pattern: &Pattern, row: usize) -> Vec<(usize, usize)> {
+pub(crate) fn delayed_reads(
+    system: &dyn Model,
+    pattern: &Pattern,
+    row: usize,
+) -> Vec<(usize, usize)> {
     let values = system.signature().past().values();
     let places = pattern.positions().enumerate();
     let delayed = places.filter(|(_, (r, column))| *r == row && values.contains(column));
@@ -132,7 +136,7 @@ pub(crate) fn delaying(system: &dyn Model, free: &[usize]) -> Vec<Vec<usize>> {
     let mut dtau = vec![0.0; n_tau * n_s];
     let delayed = signature.delayed_unknowns.iter();
     if n_tau > 0 && delayed.len() > 0 {
-        let point = Point { t: 0.0, y: &[], u: &[], p: &p, z: &[] };
+        let point = EvaluationPoint { t: 0.0, y: &[], u: &[], p: &p, z: &[] };
         system.delay_sensitivities(point, &mut dtau);
     }
     let moves = |delay: usize, j: &usize| {
@@ -141,15 +145,17 @@ pub(crate) fn delaying(system: &dyn Model, free: &[usize]) -> Vec<Vec<usize>> {
         })
     };
     delayed
-        .map(|late| {
-            (0..free.len()).filter(|j| !late.varies && moves(late.delay, j)).collect::<Vec<_>>()
+        .map(|delayed| {
+            (0..free.len())
+                .filter(|j| !delayed.varies && moves(delayed.delay, j))
+                .collect::<Vec<_>>()
         })
         .collect()
 }
 
 /// One row.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Row<'a> {
+pub(crate) struct RegressionRow<'a> {
     /// Position of its kind.
     pub kind: usize,
     /// Position of its recording, and of its sample in the recording.
@@ -164,10 +170,10 @@ pub(crate) struct Row<'a> {
 }
 
 /// Evaluates rows.
-pub(crate) struct Rows<'a> {
+pub(crate) struct RegressionRows<'a> {
     system: &'a dyn Model,
     pub recordings: &'a [Recording],
-    pub known: &'a [Known],
+    pub known: &'a [RecordingSamples],
     pub kinds: Vec<RowKind>,
     /// Positions of the free parameters.
     pub free: &'a [usize],
@@ -179,7 +185,7 @@ pub(crate) struct Rows<'a> {
     dfdp: Vec<f64>,
     dfdu: Vec<f64>,
     dtau: Vec<f64>,
-    late: Option<Late>,
+    delayed_columns: Option<DelayedColumns>,
     u: Vec<f64>,
     output_jacobians: [Vec<f64>; 3],
     dwdt: Vec<f64>,
@@ -189,11 +195,11 @@ pub(crate) struct Rows<'a> {
     slopes: Vec<f64>,
 }
 
-impl<'a> Rows<'a> {
+impl<'a> RegressionRows<'a> {
     pub(crate) fn new(
         system: &'a dyn Model,
         recordings: &'a [Recording],
-        known: &'a [Known],
+        known: &'a [RecordingSamples],
         kinds: Vec<RowKind>,
         free: &'a [usize],
     ) -> Self {
@@ -211,7 +217,7 @@ impl<'a> Rows<'a> {
             dfdp: vec![0.0; signature.parameter_jacobian.len()],
             dfdu: vec![0.0; signature.input_jacobian.len()],
             dtau: vec![0.0; signature.delays.len() * signature.directions.len()],
-            late: Late::new(system),
+            delayed_columns: DelayedColumns::new(system),
             u: vec![0.0; signature.n_u()],
             output_jacobians: [0, 1, 2].map(|of| vec![0.0; signature.output_jacobians[of].len()]),
             dwdt: vec![0.0; n_w],
@@ -228,7 +234,7 @@ impl<'a> Rows<'a> {
 
     /// Predicted values of all kinds at a point, and their derivatives with respect to the free parameters, kind by
     /// kind.
-    pub(crate) fn predict(&mut self, at: Point<'_>) -> (&[f64], &[f64]) {
+    pub(crate) fn predict(&mut self, at: EvaluationPoint<'_>) -> (&[f64], &[f64]) {
         let has = |wanted: fn(&RowOf) -> bool| self.kinds.iter().any(|kind| wanted(&kind.of));
         if has(|of| matches!(of, RowOf::Equation(_))) {
             self.system.rhs(at, &mut self.f);
@@ -257,7 +263,7 @@ impl<'a> Rows<'a> {
     }
 
     /// −∂f/∂x(t − τ) ẋ(t − τ) ∂τ/∂p.
-    fn add_delays(&mut self, at: Point<'_>) {
+    fn add_delays(&mut self, at: EvaluationPoint<'_>) {
         let signature = self.system.signature();
         self.system.input_jacobian(at, &mut self.dfdu);
         self.system.delay_sensitivities(at, &mut self.dtau);
@@ -267,7 +273,7 @@ impl<'a> Rows<'a> {
                 RowOf::Equation(_) => &self.dfdu,
                 RowOf::Output(_) => &self.output_jacobians[1],
             };
-            for (delayed, place) in &kind.late {
+            for (delayed, place) in &kind.delayed {
                 let rate = at.u[layout.rates().start + delayed];
                 let delay = signature.delayed_unknowns[*delayed].delay;
                 for j in &kind.in_delays {
@@ -284,20 +290,20 @@ impl<'a> Rows<'a> {
     pub(crate) fn with_late<T>(
         &mut self,
         recording: usize,
-        at: Point<'_>,
-        f: impl FnOnce(&mut Self, Point<'_>) -> T,
+        at: EvaluationPoint<'_>,
+        f: impl FnOnce(&mut Self, EvaluationPoint<'_>) -> T,
     ) -> T {
-        let Some(mut late) = self.late.take() else { return f(self, at) };
+        let Some(mut delayed) = self.delayed_columns.take() else { return f(self, at) };
         let mut u = std::mem::take(&mut self.u);
         u.copy_from_slice(at.u);
-        late.write(self.system, &self.known[recording], BeforeRecord::AsAtFirst, at, &mut u);
-        let result = f(self, Point { u: &u, ..at });
-        (self.late, self.u) = (Some(late), u);
+        delayed.write(self.system, &self.known[recording], BeforeRecord::AsAtFirst, at, &mut u);
+        let result = f(self, EvaluationPoint { u: &u, ..at });
+        (self.delayed_columns, self.u) = (Some(delayed), u);
         result
     }
 
     /// Whether the row is that of a differential equation at the point.
-    pub(crate) fn is_differential(&mut self, kind: usize, at: Point<'_>) -> bool {
+    pub(crate) fn is_differential(&mut self, kind: usize, at: EvaluationPoint<'_>) -> bool {
         match self.kinds[kind].of {
             RowOf::Equation(i) => {
                 self.system.mass(at, &mut self.mass);
@@ -308,7 +314,7 @@ impl<'a> Rows<'a> {
     }
 
     /// Whether the multiplier of a row applies at the point: an algebraic equation has not been divided.
-    pub(crate) fn is_multiplied(&mut self, kind: usize, at: Point<'_>) -> bool {
+    pub(crate) fn is_multiplied(&mut self, kind: usize, at: EvaluationPoint<'_>) -> bool {
         match self.kinds[kind].of {
             RowOf::Equation(i) => !self.by_mode[i] || self.is_differential(kind, at),
             RowOf::Output(_) => true,
@@ -332,15 +338,21 @@ impl<'a> Rows<'a> {
         })
     }
 
-    fn target_at(&mut self, kind: usize, recording: usize, sample: usize, at: Point<'_>) -> f64 {
+    fn target_at(
+        &mut self,
+        kind: usize,
+        recording: usize,
+        sample: usize,
+        at: EvaluationPoint<'_>,
+    ) -> f64 {
         let known = &self.known[recording];
-        let RowKind { of, reads, late, .. } = &self.kinds[kind];
+        let RowKind { of, reads, delayed, .. } = &self.kinds[kind];
         let layout = self.system.signature().past();
         let is_unknown = |(k, _): &(usize, usize)| at.u[layout.values().start + k].is_nan();
-        if reads.iter().any(|i| at.y[*i].is_nan()) || late.iter().any(is_unknown) {
+        if reads.iter().any(|i| at.y[*i].is_nan()) || delayed.iter().any(is_unknown) {
             return f64::NAN;
         }
-        if !late.is_empty() && !known.has_past(sample) {
+        if !delayed.is_empty() && !known.has_past(sample) {
             return f64::NAN;
         }
         let subject = *of;
@@ -369,7 +381,7 @@ impl<'a> Rows<'a> {
     }
 
     /// Whether the parameters of an equation only enter in modes other than those at the point.
-    fn is_idle(&mut self, kind: usize, at: Point<'_>) -> bool {
+    fn is_idle(&mut self, kind: usize, at: EvaluationPoint<'_>) -> bool {
         let RowOf::Equation(i) = self.kinds[kind].of else { return false };
         if !self.by_mode[i] || self.is_differential(kind, at) {
             return false;
@@ -387,7 +399,7 @@ impl<'a> Rows<'a> {
     pub(crate) fn visit(
         &mut self,
         p: &[f64],
-        visitor: &mut dyn FnMut(Row<'_>),
+        visitor: &mut dyn FnMut(RegressionRow<'_>),
     ) -> Result<(), RegressionError> {
         self.visit_every(1, p, visitor)
     }
@@ -397,7 +409,7 @@ impl<'a> Rows<'a> {
         &mut self,
         stride: usize,
         p: &[f64],
-        visitor: &mut dyn FnMut(Row<'_>),
+        visitor: &mut dyn FnMut(RegressionRow<'_>),
     ) -> Result<(), RegressionError> {
         let n = self.free.len();
         let mut targets = vec![0.0; self.kinds.len()];
@@ -437,7 +449,15 @@ impl<'a> Rows<'a> {
                         });
                     }
                     let slopes = &self.slopes;
-                    visitor(Row { kind, recording, sample, predicted, target, residual, slopes });
+                    visitor(RegressionRow {
+                        kind,
+                        recording,
+                        sample,
+                        predicted,
+                        target,
+                        residual,
+                        slopes,
+                    });
                 }
             }
         }

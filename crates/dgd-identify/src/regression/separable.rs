@@ -20,17 +20,17 @@ use nalgebra::DVector;
 
 use crate::minimise::nelder_mead::nelder_mead;
 use crate::minimise::trust_region::{
-    NormalEquations, Region, Termination, is_flat, minimise_watched,
+    NormalEquations, Termination, VariableRegion, is_flat, minimise_watched,
 };
-use crate::progress::{Of, Progress};
+use crate::progress::{Progress, Total};
 use crate::regression::RegressionMethod;
 use crate::regression::error::RegressionError;
-use crate::regression::finish::Found;
+use crate::regression::finish::RegressionRound;
 use crate::regression::least_squares;
-use crate::regression::least_squares::triangle::Triangle;
-use crate::regression::prepare::Prepared;
-use crate::regression::rows::Rows;
-use crate::variables::{Variable, Variables};
+use crate::regression::least_squares::triangle::RowTriangle;
+use crate::regression::prepare::PreparedRegression;
+use crate::regression::rows::RegressionRows;
+use crate::variables::{FitVariable, FitVariables};
 
 /// A linear parameter that becomes smaller by this factor is solved for once more.
 const CANCELLED: f64 = 100.0;
@@ -39,13 +39,13 @@ const MOST_PASSES: usize = 6;
 /// The triangle of the weighted rows at p: derivatives with respect to `columns` of the free parameters, each times a
 /// factor, and −r.
 pub(crate) fn triangle(
-    prepared: &Prepared<'_>,
-    rows: &mut Rows<'_>,
+    prepared: &PreparedRegression<'_>,
+    rows: &mut RegressionRows<'_>,
     sigma: &[f64],
     p: &[f64],
     columns: &[(usize, f64)],
-) -> Result<Triangle, RegressionError> {
-    let mut triangle = Triangle::new(columns.len());
+) -> Result<RowTriangle, RegressionError> {
+    let mut triangle = RowTriangle::new(columns.len());
     let mut phi = vec![0.0; columns.len()];
     rows.visit(p, &mut |row| {
         for (phi, (j, factor)) in phi.iter_mut().zip(columns) {
@@ -71,20 +71,20 @@ pub(crate) fn triangle(
 
 /// Solves with given weights, from the end of the last round, within bounds of the free parameters.
 pub(crate) fn solve(
-    prepared: &Prepared<'_>,
-    rows: &mut Rows<'_>,
+    prepared: &PreparedRegression<'_>,
+    rows: &mut RegressionRows<'_>,
     linear: &[bool],
-    last: &Found,
+    last: &RegressionRound,
     method: RegressionMethod,
     bounds: &[(f64, f64)],
-) -> Result<Found, RegressionError> {
-    let inner = Inner {
+) -> Result<RegressionRound, RegressionError> {
+    let inner = LinearSubproblem {
         prepared,
         columns: (0..linear.len()).filter(|j| linear[*j]).collect(),
         sigma: &last.sigma,
         bounds,
     };
-    let outer = Outer::new(prepared, linear)?;
+    let outer = NonlinearParameters::new(prepared, linear)?;
     let (mut p, mut evaluations) = (last.p.clone(), last.evaluations);
     let (mut iterations, mut is_converged, mut is_flat) = (last.iterations, true, false);
     if outer.variables.len() > 0 {
@@ -113,14 +113,19 @@ pub(crate) fn solve(
     }
     let unbounded = inner.unbounded(rows, &p)?;
     inner.solve(rows, &mut p)?;
-    let searched =
-        Searched { x: Vec::new(), evaluations: evaluations + 1, iterations, is_converged, is_flat };
-    Found::new(prepared, rows, last, p, unbounded, bounds, &searched)
+    let searched = SeparableEnd {
+        x: Vec::new(),
+        evaluations: evaluations + 1,
+        iterations,
+        is_converged,
+        is_flat,
+    };
+    RegressionRound::new(prepared, rows, last, p, unbounded, bounds, &searched)
 }
 
 /// Least squares in the linear parameters.
-struct Inner<'a> {
-    prepared: &'a Prepared<'a>,
+struct LinearSubproblem<'a> {
+    prepared: &'a PreparedRegression<'a>,
     /// Positions of the linear ones among the free parameters.
     columns: Vec<usize>,
     sigma: &'a [f64],
@@ -128,8 +133,12 @@ struct Inner<'a> {
     bounds: &'a [(f64, f64)],
 }
 
-impl Inner<'_> {
-    fn triangle(&self, rows: &mut Rows<'_>, p: &[f64]) -> Result<Triangle, RegressionError> {
+impl LinearSubproblem<'_> {
+    fn triangle(
+        &self,
+        rows: &mut RegressionRows<'_>,
+        p: &[f64],
+    ) -> Result<RowTriangle, RegressionError> {
         let columns: Vec<(usize, f64)> = self.columns.iter().map(|j| (*j, 1.0)).collect();
         triangle(self.prepared, rows, self.sigma, p, &columns)
     }
@@ -138,7 +147,7 @@ impl Inner<'_> {
     ///
     /// Starting from values that are much larger than the best ones it is repeated because the difference has lost
     /// digits.
-    fn solve(&self, rows: &mut Rows<'_>, p: &mut [f64]) -> Result<f64, RegressionError> {
+    fn solve(&self, rows: &mut RegressionRows<'_>, p: &mut [f64]) -> Result<f64, RegressionError> {
         for _ in 1..MOST_PASSES {
             let before = p.to_vec();
             let squares = self.correct(rows, p)?;
@@ -154,7 +163,11 @@ impl Inner<'_> {
     }
 
     /// One pass of [`Self::solve`].
-    fn correct(&self, rows: &mut Rows<'_>, p: &mut [f64]) -> Result<f64, RegressionError> {
+    fn correct(
+        &self,
+        rows: &mut RegressionRows<'_>,
+        p: &mut [f64],
+    ) -> Result<f64, RegressionError> {
         let triangle = self.triangle(rows, p)?;
         let (r, zeta) = (triangle.r(), triangle.zeta());
         let parameter = |j: usize| self.prepared.free[self.columns[j]];
@@ -177,7 +190,11 @@ impl Inner<'_> {
     }
 
     /// The linear parameters without bounds.
-    fn unbounded(&self, rows: &mut Rows<'_>, p: &[f64]) -> Result<Vec<f64>, RegressionError> {
+    fn unbounded(
+        &self,
+        rows: &mut RegressionRows<'_>,
+        p: &[f64],
+    ) -> Result<Vec<f64>, RegressionError> {
         let triangle = self.triangle(rows, p)?;
         let delta = least_squares::solve(&triangle.r(), &triangle.zeta());
         let mut unbounded = p.to_vec();
@@ -194,7 +211,7 @@ impl Inner<'_> {
 }
 
 /// The end of a search.
-pub(super) struct Searched {
+pub(super) struct SeparableEnd {
     x: Vec<f64>,
     pub evaluations: usize,
     pub iterations: usize,
@@ -204,23 +221,23 @@ pub(super) struct Searched {
     pub is_flat: bool,
 }
 
-impl Searched {
+impl SeparableEnd {
     /// The end of a search without variables, after this many evaluations.
-    pub(super) fn of(evaluations: usize) -> Self {
+    pub(super) fn without_variables(evaluations: usize) -> Self {
         Self { x: Vec::new(), evaluations, iterations: 0, is_converged: true, is_flat: false }
     }
 }
 
 /// The parameters that do not enter linearly.
-struct Outer<'a> {
-    prepared: &'a Prepared<'a>,
-    variables: Variables,
+struct NonlinearParameters<'a> {
+    prepared: &'a PreparedRegression<'a>,
+    variables: FitVariables,
     /// Their positions among the free parameters, in the order of the variables.
     positions: Vec<usize>,
 }
 
-impl<'a> Outer<'a> {
-    fn new(prepared: &'a Prepared<'a>, linear: &[bool]) -> Result<Self, RegressionError> {
+impl<'a> NonlinearParameters<'a> {
+    fn new(prepared: &'a PreparedRegression<'a>, linear: &[bool]) -> Result<Self, RegressionError> {
         let system = prepared.problem.system;
         let position = |i: usize| prepared.free.iter().position(|free| *free == i);
         let is_outer = |direction: &Direction| match direction {
@@ -228,8 +245,8 @@ impl<'a> Outer<'a> {
             Direction::Start(_) => false,
         };
         let free: Vec<bool> = system.signature().directions.iter().map(is_outer).collect();
-        let (variables, _) =
-            Variables::new(system, &prepared.p, &[], &free).map_err(RegressionError::Variables)?;
+        let (variables, _) = FitVariables::new(system, &prepared.p, &[], &free)
+            .map_err(RegressionError::Variables)?;
         let positions = variables
             .all
             .iter()
@@ -242,7 +259,7 @@ impl<'a> Outer<'a> {
     }
 
     fn variables_at(&self, p: &[f64]) -> Vec<f64> {
-        let value = |(variable, j): (&Variable, &usize)| {
+        let value = |(variable, j): (&FitVariable, &usize)| {
             let (low, high) = variable.bounds();
             variable.variable(p[self.prepared.free[*j]]).clamp(low, high)
         };
@@ -251,7 +268,7 @@ impl<'a> Outer<'a> {
 
     /// Bounds of the variables; one may be fixed.
     fn bounds(&self, bounds: &[(f64, f64)]) -> Vec<(f64, f64)> {
-        let bounds_of = |(variable, j): (&Variable, &usize)| match bounds[*j] {
+        let bounds_of = |(variable, j): (&FitVariable, &usize)| match bounds[*j] {
             (low, high) if low == high => (variable.variable(low), variable.variable(high)),
             _ => variable.bounds(),
         };
@@ -266,18 +283,18 @@ impl<'a> Outer<'a> {
     /// because its scales still contain steep regions that it has passed.
     fn search(
         &self,
-        rows: &mut Rows<'_>,
-        inner: &Inner<'_>,
+        rows: &mut RegressionRows<'_>,
+        inner: &LinearSubproblem<'_>,
         p: &[f64],
         mut z: Vec<f64>,
         bounds: &[(f64, f64)],
-    ) -> Result<Searched, RegressionError> {
+    ) -> Result<SeparableEnd, RegressionError> {
         let mut rule = self.prepared.problem.stopping;
         // Linear parameters are solved for: if the others change by more than their sizes in one step, a linear model
         // is useless.
         let largest = self.variables.reach().into_iter().zip(&z);
         let reach: Vec<f64> = largest.map(|(reach, z)| reach.min(z.abs().max(1.0))).collect();
-        let region = Region { bounds, reach: &reach, leading: reach.len() };
+        let region = VariableRegion { bounds, reach: &reach, leading: reach.len() };
         let mut near = p.to_vec();
         let mut projected = self.project(rows, inner, &mut near, &z)?;
         let (mut evaluations, mut iterations) = (1, 0);
@@ -286,7 +303,7 @@ impl<'a> Outer<'a> {
             let mut done = evaluations;
             let minimum = minimise_watched(z, projected, region, &rule, watch, |z| {
                 done += 1;
-                let limit = Of::AtMost(self.prepared.problem.stopping.evaluations);
+                let limit = Total::AtMost(self.prepared.problem.stopping.evaluations);
                 watch.advanced(Progress { what: "evaluations", done, of: limit });
                 self.project(rows, inner, &mut near, z)
             });
@@ -299,22 +316,28 @@ impl<'a> Outer<'a> {
             }
             let is_converged = minimum.termination.is_converged();
             let is_flat = minimum.termination == Termination::Flat;
-            return Ok(Searched { x: minimum.x, evaluations, iterations, is_converged, is_flat });
+            return Ok(SeparableEnd {
+                x: minimum.x,
+                evaluations,
+                iterations,
+                is_converged,
+                is_flat,
+            });
         }
     }
 
     /// Whether a search without derivatives went from one point to another on a plateau.
     fn is_flat(
         &self,
-        rows: &mut Rows<'_>,
-        inner: &Inner<'_>,
+        rows: &mut RegressionRows<'_>,
+        inner: &LinearSubproblem<'_>,
         p: &[f64],
         first: &[f64],
         last: &[f64],
         bounds: &[(f64, f64)],
     ) -> Result<bool, RegressionError> {
         let reach = self.variables.reach();
-        let region = Region { bounds, reach: &reach, leading: reach.len() };
+        let region = VariableRegion { bounds, reach: &reach, leading: reach.len() };
         let normal = self.project(rows, inner, &mut p.to_vec(), last)?;
         Ok(is_flat(&normal, self.prepared.problem.stopping.flat, region, last, first))
     }
@@ -322,8 +345,8 @@ impl<'a> Outer<'a> {
     /// The projected problem at z. Linear parameters are solved for, starting from those of the previous problem.
     fn project(
         &self,
-        rows: &mut Rows<'_>,
-        inner: &Inner<'_>,
+        rows: &mut RegressionRows<'_>,
+        inner: &LinearSubproblem<'_>,
         near: &mut Vec<f64>,
         z: &[f64],
     ) -> Result<NormalEquations, RegressionError> {

@@ -9,7 +9,7 @@
 use dgd_runtime::for_identify::parameter_size;
 use dgd_runtime::model::Model;
 
-use crate::regression::rows::{RowOf, Rows};
+use crate::regression::rows::{RegressionRows, RowOf};
 
 /// Approximate number of samples at which derivatives are compared.
 const COMPARED: usize = 200;
@@ -23,9 +23,13 @@ const MOST_TRIED: usize = 16;
 
 /// For each free parameter, whether it is in the largest set in which all rows are linear. Sets the multipliers of rows
 /// that this requires.
-pub(crate) fn find_linear(system: &dyn Model, rows: &mut Rows<'_>, p: &[f64]) -> Vec<bool> {
+pub(crate) fn find_linear(
+    system: &dyn Model,
+    rows: &mut RegressionRows<'_>,
+    p: &[f64],
+) -> Vec<bool> {
     let n = rows.free.len();
-    let points = SHIFTS.map(|shift| Neighbourhood::of(system, rows, p, shift));
+    let points = SHIFTS.map(|shift| ResidualNeighbourhood::evaluate_around(system, rows, p, shift));
     let mut conflicts = Vec::new();
     for kind in 0..rows.kinds.len() {
         let plain = conflicts_of(&points, rows, kind, None);
@@ -67,11 +71,11 @@ fn table(n: usize, pairs: &[(usize, usize)]) -> Vec<Vec<bool>> {
 /// A kind of row in which a parameter does not enter linearly, whatever the others are.
 pub(crate) fn where_nonlinear(
     system: &dyn Model,
-    rows: &mut Rows<'_>,
+    rows: &mut RegressionRows<'_>,
     p: &[f64],
     parameter: usize,
 ) -> usize {
-    let points = SHIFTS.map(|shift| Neighbourhood::of(system, rows, p, shift));
+    let points = SHIFTS.map(|shift| ResidualNeighbourhood::evaluate_around(system, rows, p, shift));
     let involved = |kind: &usize| {
         let conflicts = conflicts_of(&points, rows, *kind, rows.kinds[*kind].multiplier);
         conflicts.iter().any(|(j, k)| *j == parameter || *k == parameter)
@@ -80,39 +84,44 @@ pub(crate) fn where_nonlinear(
 }
 
 /// Residuals and derivatives at a point and with each parameter moved.
-struct Neighbourhood {
+struct ResidualNeighbourhood {
     p: Vec<f64>,
-    at: Option<Evaluated>,
-    moved: Vec<(Vec<f64>, Option<Evaluated>)>,
+    at: Option<EvaluatedResiduals>,
+    moved: Vec<(Vec<f64>, Option<EvaluatedResiduals>)>,
 }
 
 /// Residuals and derivatives over some samples, kind by kind, without multipliers.
-struct Evaluated {
+struct EvaluatedResiduals {
     residuals: Vec<Vec<f64>>,
     slopes: Vec<Vec<f64>>,
 }
 
-impl Neighbourhood {
-    fn of(system: &dyn Model, rows: &mut Rows<'_>, p: &[f64], shift: f64) -> Self {
+impl ResidualNeighbourhood {
+    fn evaluate_around(
+        system: &dyn Model,
+        rows: &mut RegressionRows<'_>,
+        p: &[f64],
+        shift: f64,
+    ) -> Self {
         let free = rows.free;
         let mut centre = p.to_vec();
         for (k, i) in free.iter().enumerate() {
             // Not all by the same factor, which could hide quotients.
             centre[*i] = moved_by(system, *i, p[*i], shift * (1.0 + 0.1 * k as f64));
         }
-        let moved_rows = Evaluated::at(rows, &centre);
+        let moved_rows = EvaluatedResiduals::evaluate(rows, &centre);
         let moved = free.iter().map(|i| {
             let mut p = centre.clone();
             p[*i] = moved_by(system, *i, p[*i], MOVE);
-            let evaluated = Evaluated::at(rows, &p);
+            let evaluated = EvaluatedResiduals::evaluate(rows, &p);
             (p, evaluated)
         });
         Self { at: moved_rows, moved: moved.collect(), p: centre }
     }
 }
 
-impl Evaluated {
-    fn at(rows: &mut Rows<'_>, p: &[f64]) -> Option<Self> {
+impl EvaluatedResiduals {
+    fn evaluate(rows: &mut RegressionRows<'_>, p: &[f64]) -> Option<Self> {
         let samples: usize = rows.known.iter().map(|known| known.times.len()).sum();
         let stride = samples.div_ceil(COMPARED).max(1);
         let n_kinds = rows.kinds.len();
@@ -162,8 +171,8 @@ fn moved_by(system: &dyn Model, i: usize, value: f64, part: f64) -> f64 {
 
 /// Pairs (j, k) of parameters for which the derivatives of a kind with respect to the j-th change with the k-th.
 fn conflicts_of(
-    points: &[Neighbourhood],
-    rows: &Rows<'_>,
+    points: &[ResidualNeighbourhood],
+    rows: &RegressionRows<'_>,
     kind: usize,
     multiplier: Option<usize>,
 ) -> Vec<(usize, usize)> {
@@ -171,7 +180,7 @@ fn conflicts_of(
     let with = |p: &[f64]| multiplier.map(|m| (m, p[rows.free[m]]));
     let read = || (0..n).filter(|j| rows.kinds[kind].has_parameter(*j));
     let mut conflicts = Vec::new();
-    for Neighbourhood { p, at, moved } in points {
+    for ResidualNeighbourhood { p, at, moved } in points {
         for k in read() {
             let (p_moved, evaluated) = &moved[k];
             for j in read() {

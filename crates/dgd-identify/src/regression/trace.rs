@@ -2,7 +2,7 @@
 
 use crate::regression::error::RegressionError;
 use crate::regression::finish::RegressionFit;
-use crate::regression::prepare::Prepared;
+use crate::regression::prepare::PreparedRegression;
 use crate::regression::{RegressionMethod, RegressionProblem};
 
 /// One equation or output along one recording.
@@ -33,7 +33,7 @@ pub fn traces(
     problem: &RegressionProblem<'_>,
     fit: &RegressionFit,
 ) -> Result<Vec<RowTrace>, RegressionError> {
-    let mut prepared = Prepared::new(problem)?;
+    let mut prepared = PreparedRegression::new(problem)?;
     prepared.p.clone_from(&fit.p);
     prepared.clamp(RegressionMethod::Bounded);
     let known = prepared.known()?;

@@ -23,7 +23,7 @@ pub enum Share {
     All,
     /// A single piece, by its number from 0.
     One(usize),
-    /// Every `of`-th piece, from number `first` on.
+    /// Every `debug`-th piece, from number `first` on.
     Every {
         /// The first.
         first: usize,
@@ -112,7 +112,7 @@ fn asked(len: usize, share: Share) -> Vec<usize> {
 /// late.
 fn begin(len: usize) -> usize {
     let host = std::fs::read_to_string("/proc/sys/kernel/hostname").unwrap_or_default();
-    let digest = dgd_identify::journal::Digest::EMPTY.of(&(host, std::process::id())).value();
+    let digest = dgd_identify::journal::Digest::EMPTY.debug(&(host, std::process::id())).value();
     if len == 0 { 0 } else { (digest % len as u128) as usize }
 }
 

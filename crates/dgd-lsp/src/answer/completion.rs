@@ -4,14 +4,14 @@ use std::path::Path;
 
 use dgd_compiler::expr::display::number;
 use dgd_compiler::expr::intrinsics::INTRINSICS;
-use dgd_compiler::names::{Symbol, SymbolKind};
-use dgd_compiler::source::{SourceId, Sources};
-use dgd_compiler::syntax::ast::{EffectKind, Reducing, SlotKind};
+use dgd_compiler::names::{NamedItem, SymbolKind};
+use dgd_compiler::source::{SourceId, SourceMap};
+use dgd_compiler::syntax::ast::{EffectKind, ReductionOperation, SlotKind};
 use dgd_compiler::syntax::own_units;
 use dgd_compiler::units::catalogue::CATALOGUE;
 use lsp_types::{CompletionItem, CompletionItemKind, CompletionParams};
 
-use super::Context;
+use super::AnswerContext;
 
 /// Words that begin an item, and attributes that end one.
 const KEYWORDS: [&str; 25] = [
@@ -73,7 +73,7 @@ const ATTRIBUTES: [&str; 24] = [
 ];
 
 /// The kinds of completions at a position in a line.
-enum Wanted {
+enum CompletionKinds {
     /// Words of the language.
     Words(Vec<&'static str>),
     /// Names declared as one of these kinds, visible to the file.
@@ -86,7 +86,10 @@ enum Wanted {
     Expression,
 }
 
-pub(super) fn completion(params: &CompletionParams, context: &Context<'_>) -> Vec<CompletionItem> {
+pub(super) fn completion(
+    params: &CompletionParams,
+    context: &AnswerContext<'_>,
+) -> Vec<CompletionItem> {
     let byte = context.byte(params.text_document_position.position);
     let before = &context.text()[..byte];
     let line = &before[before.rfind('\n').map_or(0, |at| at + 1)..];
@@ -105,18 +108,18 @@ pub(super) fn completion(params: &CompletionParams, context: &Context<'_>) -> Ve
     }
     let is_effect = context.analysis.is_some_and(|analysis| analysis.asts[0].effect.is_some());
     match wanted(&line[..line.len() - word.len()], is_effect) {
-        Wanted::Words(words) => keywords(&words),
-        Wanted::Kinds(kinds, words) => {
+        CompletionKinds::Words(words) => keywords(&words),
+        CompletionKinds::Kinds(kinds, words) => {
             let in_sight = names.in_sight_of(SourceId(0)).into_iter().map(|id| names.symbol(id));
             let items = in_sight.filter(|symbol| kinds.contains(&symbol.kind)).map(of_symbol);
             items.chain(keywords(words)).collect()
         }
-        Wanted::Models => {
+        CompletionKinds::Models => {
             let models = names.symbols().map(|(_, symbol)| symbol);
             models.filter(|one| one.kind == SymbolKind::Model).map(of_symbol).collect()
         }
-        Wanted::Files => files(&sources, &context.path),
-        Wanted::Expression => {
+        CompletionKinds::Files => files(&sources, &context.path),
+        CompletionKinds::Expression => {
             let readable = names.readable_in(SourceId(0));
             let items = readable.into_iter().map(|id| of_symbol(names.symbol(id)));
             items.chain(functions()).chain(attributes()).collect()
@@ -125,7 +128,7 @@ pub(super) fn completion(params: &CompletionParams, context: &Context<'_>) -> Ve
 }
 
 /// The completions after the beginning of a line.
-fn wanted(line: &str, is_effect: bool) -> Wanted {
+fn wanted(line: &str, is_effect: bool) -> CompletionKinds {
     const READ: &[SymbolKind] = &[
         SymbolKind::Constant,
         SymbolKind::Parameter,
@@ -139,27 +142,27 @@ fn wanted(line: &str, is_effect: bool) -> Wanted {
     ];
     let words: Vec<&str> = line.split_whitespace().collect();
     match words.as_slice() {
-        [] if is_effect => Wanted::Words([&KEYWORDS[2..], &CLAUSES, &IN_BLOCKS].concat()),
-        [] => Wanted::Words([&KEYWORDS[..], &IN_BLOCKS].concat()),
+        [] if is_effect => CompletionKinds::Words([&KEYWORDS[2..], &CLAUSES, &IN_BLOCKS].concat()),
+        [] => CompletionKinds::Words([&KEYWORDS[..], &IN_BLOCKS].concat()),
         ["effect", .., last] if last.ends_with(':') => {
-            Wanted::Words(SlotKind::ALL.iter().map(|(word, _)| *word).collect())
+            CompletionKinds::Words(SlotKind::ALL.iter().map(|(word, _)| *word).collect())
         }
-        ["effect", _, "on"] => Wanted::Models,
-        ["effect", _] => Wanted::Words(vec!["on"]),
-        ["part", .., last] if last.ends_with(':') => Wanted::Models,
-        ["import", ..] => Wanted::Files,
-        ["kind"] => Wanted::Words(EffectKind::ALL.iter().map(|(word, _)| *word).collect()),
-        ["null"] => Wanted::Kinds(&[SymbolKind::Parameter], &[]),
-        ["replace"] => Wanted::Kinds(READ, &["output"]),
-        ["replace", "output"] => Wanted::Kinds(&[SymbolKind::Output], &[]),
+        ["effect", _, "on"] => CompletionKinds::Models,
+        ["effect", _] => CompletionKinds::Words(vec!["on"]),
+        ["part", .., last] if last.ends_with(':') => CompletionKinds::Models,
+        ["import", ..] => CompletionKinds::Files,
+        ["kind"] => CompletionKinds::Words(EffectKind::ALL.iter().map(|(word, _)| *word).collect()),
+        ["null"] => CompletionKinds::Kinds(&[SymbolKind::Parameter], &[]),
+        ["replace"] => CompletionKinds::Kinds(READ, &["output"]),
+        ["replace", "output"] => CompletionKinds::Kinds(&[SymbolKind::Output], &[]),
         ["replace", .., "in"] | ["add", .., "to"] => {
-            Wanted::Kinds(&[SymbolKind::Equation, SymbolKind::Argument], &[])
+            CompletionKinds::Kinds(&[SymbolKind::Equation, SymbolKind::Argument], &[])
         }
-        ["replace", _] => Wanted::Words(vec!["in", "by"]),
-        ["replace", "output", _] | ["replace", _, "in", _] => Wanted::Words(vec!["by"]),
-        ["when", .., "rises"] => Wanted::Words(vec!["above"]),
-        ["when", .., "falls"] => Wanted::Words(vec!["below"]),
-        _ => Wanted::Expression,
+        ["replace", _] => CompletionKinds::Words(vec!["in", "by"]),
+        ["replace", "output", _] | ["replace", _, "in", _] => CompletionKinds::Words(vec!["by"]),
+        ["when", .., "rises"] => CompletionKinds::Words(vec!["above"]),
+        ["when", .., "falls"] => CompletionKinds::Words(vec!["below"]),
+        _ => CompletionKinds::Expression,
     }
 }
 
@@ -173,7 +176,7 @@ fn functions() -> impl Iterator<Item = CompletionItem> {
     let functions = functions.map(|f| item(f.name, CompletionItemKind::FUNCTION, Some(f.doc)));
     // `min` and `max` are functions of two, too.
     let is_other = |word: &str| !INTRINSICS.iter().any(|function| function.name == word);
-    let over = Reducing::ALL.iter().filter(move |(word, _)| is_other(word));
+    let over = ReductionOperation::ALL.iter().filter(move |(word, _)| is_other(word));
     let over = over.map(|(word, kind)| {
         item(word, CompletionItemKind::FUNCTION, Some(&format!("{} over indices", kind.noun())))
     });
@@ -185,7 +188,7 @@ fn attributes() -> impl Iterator<Item = CompletionItem> {
 }
 
 /// The other files below the folder of a document, with their paths for `import`.
-fn files(sources: &Sources, path: &str) -> Vec<CompletionItem> {
+fn files(sources: &SourceMap, path: &str) -> Vec<CompletionItem> {
     let Some(folder) = Path::new(path).parent() else { return Vec::new() };
     let others = sources.iter().map(|source| Path::new(&source.name));
     let below = others.filter(|other| *other != Path::new(path));
@@ -194,7 +197,7 @@ fn files(sources: &Sources, path: &str) -> Vec<CompletionItem> {
 }
 
 /// The units that the document and its libraries declare, then those of the language.
-fn units(context: &Context<'_>) -> Vec<CompletionItem> {
+fn units(context: &AnswerContext<'_>) -> Vec<CompletionItem> {
     let declared = context.analysis.map_or_else(Vec::new, |a| own_units::declared(&a.asts));
     let items = declared.iter().map(|unit| {
         let detail = format!("{} {}", number(unit.value), unit.unit);
@@ -215,7 +218,7 @@ fn item(label: &str, kind: CompletionItemKind, detail: Option<&str>) -> Completi
     }
 }
 
-fn of_symbol(symbol: &Symbol) -> CompletionItem {
+fn of_symbol(symbol: &NamedItem) -> CompletionItem {
     let kind = match symbol.kind {
         SymbolKind::Model | SymbolKind::Effect | SymbolKind::Part => CompletionItemKind::MODULE,
         SymbolKind::Constant | SymbolKind::Size => CompletionItemKind::CONSTANT,

@@ -1,9 +1,9 @@
 //! Fixes for unit errors: a number gets the unit of its neighbour, and an expression of another dimension is multiplied
 //! or divided by a declared quantity, such as a volume flow by a density.
 
-use dgd_compiler::diagnostics::{Code, Diagnostic, Edit};
+use dgd_compiler::diagnostics::{Code, Diagnostic, FixEdit};
 use dgd_compiler::source::{SourceId, Span};
-use dgd_compiler::syntax::ast::{ItemKind, Unit as WrittenUnit};
+use dgd_compiler::syntax::ast::{ItemKind, WrittenUnit};
 use dgd_compiler::syntax::{own_units, visit};
 use dgd_compiler::units::{Dimension, describe, parse_unit_with};
 
@@ -16,15 +16,15 @@ const MOST: usize = 3;
 const LONGEST: usize = 30;
 
 /// A proposal: its title and its edits.
-pub(super) type Proposal = (String, Vec<Edit>);
+pub(super) type ConversionProposal = (String, Vec<FixEdit>);
 
 /// Proposals for a unit error.
-pub(super) fn conversions(diagnostic: &Diagnostic, analysis: &Analysis) -> Vec<Proposal> {
+pub(super) fn conversions(diagnostic: &Diagnostic, analysis: &Analysis) -> Vec<ConversionProposal> {
     let [wrong, others @ ..] = diagnostic.labels.as_slice() else { return Vec::new() };
     let span = wrong.span;
     let Some(found) = dimension_at(span, analysis) else { return Vec::new() };
     match (diagnostic.code, others) {
-        (Code::E301 | Code::E302, [other]) => {
+        (Code::IncompatibleUnits | Code::UnitsOfSides, [other]) => {
             let Some(wanted) = dimension_at(other.span, analysis) else { return Vec::new() };
             let numbers = [(span, found, wanted), (other.span, wanted, found)];
             let number = numbers
@@ -37,11 +37,11 @@ pub(super) fn conversions(diagnostic: &Diagnostic, analysis: &Analysis) -> Vec<P
             };
             number.map_or_else(scaled, |one| vec![one])
         }
-        (Code::E302, []) => {
+        (Code::UnitsOfSides, []) => {
             let declared = declared_around(span, analysis);
             declared.map_or(Vec::new(), |wanted| scaled(span, found, wanted, analysis))
         }
-        (Code::E304, []) => scaled(span, found, Dimension::ONE, analysis),
+        (Code::ArgumentWithUnit, []) => scaled(span, found, Dimension::ONE, analysis),
         _ => Vec::new(),
     }
 }
@@ -56,11 +56,14 @@ fn dimension_at(span: Span, analysis: &Analysis) -> Option<Dimension> {
 }
 
 /// Adds a unit to a plain number.
-fn with_unit(span: Span, wanted: Dimension, analysis: &Analysis) -> Option<Proposal> {
+fn with_unit(span: Span, wanted: Dimension, analysis: &Analysis) -> Option<ConversionProposal> {
     let text = analysis.sources.text(span);
     text.parse::<f64>().ok()?;
     let unit = spelt(wanted, analysis);
-    Some((format!("Write `{text} [{unit}]`"), vec![Edit::behind(span, format!(" [{unit}]"))]))
+    Some((
+        format!("Write `{text} [{unit}]`"),
+        vec![FixEdit::insert_after(span, format!(" [{unit}]"))],
+    ))
 }
 
 /// A dimension in the file's first spelling, else in base units.
@@ -71,11 +74,16 @@ fn spelt(wanted: Dimension, analysis: &Analysis) -> String {
 }
 
 /// Products and quotients of an expression and declared quantities that have the wanted dimension.
-fn scaled(span: Span, found: Dimension, wanted: Dimension, analysis: &Analysis) -> Vec<Proposal> {
+fn scaled(
+    span: Span,
+    found: Dimension,
+    wanted: Dimension,
+    analysis: &Analysis,
+) -> Vec<ConversionProposal> {
     if span.source != SourceId(0) {
         return Vec::new();
     }
-    let (Some(factor), Some(divisor)) = (wanted.over(found), found.over(wanted)) else {
+    let (Some(factor), Some(divisor)) = (wanted.divide(found), found.divide(wanted)) else {
         return Vec::new();
     };
     let mut proposals = Vec::new();
@@ -85,11 +93,13 @@ fn scaled(span: Span, found: Dimension, wanted: Dimension, analysis: &Analysis) 
             dimension if dimension == divisor => ("Divide", '/'),
             _ => continue,
         };
-        let mut edits = vec![Edit::behind(span, format!("{sign}{}", one.name))];
+        let mut edits = vec![FixEdit::insert_after(span, format!("{sign}{}", one.name))];
         let text = analysis.sources.text(span);
         if !is_factor(text) {
-            edits =
-                vec![Edit::before(span, "("), Edit::behind(span, format!("){sign}{}", one.name))];
+            edits = vec![
+                FixEdit::insert_before(span, "("),
+                FixEdit::insert_after(span, format!("){sign}{}", one.name)),
+            ];
         }
         proposals.push((format!("{doing} {} by `{}`", quoted(text), one.name), edits));
     }
@@ -125,7 +135,7 @@ fn is_factor(text: &str) -> bool {
 }
 
 /// A constant or parameter of the document.
-struct Quantity<'a> {
+struct DocumentQuantity<'a> {
     name: &'a str,
     unit: &'a str,
     dimension: Dimension,
@@ -133,7 +143,7 @@ struct Quantity<'a> {
     is_coherent: bool,
 }
 
-fn declared(analysis: &Analysis) -> Vec<Quantity<'_>> {
+fn declared(analysis: &Analysis) -> Vec<DocumentQuantity<'_>> {
     let mut quantities = Vec::new();
     let units = own_units::all(&analysis.asts);
     visit::items(&analysis.asts[0].items, &mut |item| {
@@ -146,7 +156,7 @@ fn declared(analysis: &Analysis) -> Vec<Quantity<'_>> {
             && unit.dimension != Dimension::ONE
         {
             let is_coherent = unit.factor == 1.0 && unit.offset == 0.0;
-            quantities.push(Quantity {
+            quantities.push(DocumentQuantity {
                 name: &name.text,
                 unit: text,
                 dimension: unit.dimension,

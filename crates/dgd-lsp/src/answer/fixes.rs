@@ -2,27 +2,31 @@
 
 use std::collections::HashMap;
 
-use dgd_compiler::diagnostics::{Code, Diagnostic, Edit, Fix, Label};
-use dgd_compiler::source::{Columns, SourceId, Sources, Span};
+use dgd_compiler::diagnostics::{Code, Diagnostic, DiagnosticLabel, Fix, FixEdit};
+use dgd_compiler::source::{ColumnUnit, SourceId, SourceMap, Span};
 use lsp_types::{
     CodeAction, CodeActionKind, CodeActionParams, CodeActionResponse, DiagnosticRelatedInformation,
     DiagnosticSeverity, Location, NumberOrString, Position, Range, TextEdit, Uri, WorkspaceEdit,
 };
 
-use super::Context;
-use super::conversions::{Proposal, conversions};
+use super::AnswerContext;
+use super::conversions::{ConversionProposal, conversions};
 use crate::analysis::Analysis;
 use crate::places;
 
 /// The diagnostics of a document, for the first choice of each variant and for others. Those in an imported file are
 /// shown at the top of the document, with their location.
-pub(crate) fn diagnostics(analysis: &Analysis, columns: Columns) -> Vec<lsp_types::Diagnostic> {
+pub(crate) fn diagnostics(analysis: &Analysis, columns: ColumnUnit) -> Vec<lsp_types::Diagnostic> {
     let first = &analysis.diagnostics;
     let more = analysis.others.iter().filter(|other| !first.contains(other));
     first.iter().chain(more).map(|one| shown(one, &analysis.sources, columns)).collect()
 }
 
-fn shown(diagnostic: &Diagnostic, sources: &Sources, columns: Columns) -> lsp_types::Diagnostic {
+fn shown(
+    diagnostic: &Diagnostic,
+    sources: &SourceMap,
+    columns: ColumnUnit,
+) -> lsp_types::Diagnostic {
     let [first, others @ ..] = diagnostic.labels.as_slice() else {
         unreachable!("a diagnostic has a place")
     };
@@ -34,7 +38,7 @@ fn shown(diagnostic: &Diagnostic, sources: &Sources, columns: Columns) -> lsp_ty
     if let Some(help) = &diagnostic.help {
         message = format!("{message}\nhelp: {help}");
     }
-    let related = |label: &Label| {
+    let related = |label: &DiagnosticLabel| {
         let location = places::location(label.span, sources, columns)?;
         let message = if label.text.is_empty() { "here".to_owned() } else { label.text.clone() };
         Some(DiagnosticRelatedInformation { location, message })
@@ -69,7 +73,10 @@ fn proposed(help: &str) -> Option<&str> {
 }
 
 /// Quick fixes for the diagnostics in a range, and a combined fix of all safe ones in the document.
-pub(super) fn actions(params: &CodeActionParams, context: &Context<'_>) -> CodeActionResponse {
+pub(super) fn actions(
+    params: &CodeActionParams,
+    context: &AnswerContext<'_>,
+) -> CodeActionResponse {
     let Some(analysis) = context.analysis else { return Vec::new() };
     let wanted = |kind: &CodeActionKind| {
         let only = params.context.only.as_ref();
@@ -96,7 +103,7 @@ pub(super) fn actions(params: &CodeActionParams, context: &Context<'_>) -> CodeA
 fn of_mistake(
     diagnostic: &Diagnostic,
     analysis: &Analysis,
-    context: &Context<'_>,
+    context: &AnswerContext<'_>,
 ) -> Vec<CodeAction> {
     let of_compiler = diagnostic.fix.iter().map(|fix| {
         let title = fix.line(&analysis.sources).map(|line| format!("Write `{line}`"));
@@ -122,7 +129,7 @@ fn of_mistake(
 }
 
 /// Replaces the marked word by the proposed one.
-fn word(diagnostic: &Diagnostic, analysis: &Analysis) -> Option<Proposal> {
+fn word(diagnostic: &Diagnostic, analysis: &Analysis) -> Option<ConversionProposal> {
     let word = diagnostic.help.as_deref().and_then(proposed)?;
     let span = diagnostic.labels[0].span;
     // For `pump.c`, a help text may concern only the part after the dot.
@@ -130,11 +137,11 @@ fn word(diagnostic: &Diagnostic, analysis: &Analysis) -> Option<Proposal> {
         Some((part, _)) if !word.contains('.') => format!("{part}.{word}"),
         _ => word.to_owned(),
     };
-    Some((format!("Write `{new}`"), vec![Edit::replace(span, new)]))
+    Some((format!("Write `{new}`"), vec![FixEdit::replace(span, new)]))
 }
 
 /// Adds a label to an equation without one.
-fn label(diagnostic: &Diagnostic, analysis: &Analysis) -> Option<Proposal> {
+fn label(diagnostic: &Diagnostic, analysis: &Analysis) -> Option<ConversionProposal> {
     let place = diagnostic.labels[0].span;
     let text = &analysis.sources.get(SourceId(0)).text;
     let position = place.start as usize;
@@ -143,7 +150,7 @@ fn label(diagnostic: &Diagnostic, analysis: &Analysis) -> Option<Proposal> {
     let indent = line.len() - line.trim_start().len();
     let formula = line.trim_start().strip_prefix("equation ")?;
     let code = formula.split(['#', '/']).next().unwrap_or_default();
-    if diagnostic.code != Code::E105 || code.contains(':') || !code.contains('=') {
+    if diagnostic.code != Code::UnexpectedToken || code.contains(':') || !code.contains('=') {
         return None;
     }
     let unknown = code.split_once("der(").and_then(|(_, rest)| rest.split(')').next());
@@ -154,11 +161,11 @@ fn label(diagnostic: &Diagnostic, analysis: &Analysis) -> Option<Proposal> {
     let label = std::iter::once(first.clone()).chain(further).find(|label| !is_taken(label))?;
     let behind = u32::try_from(start + indent + "equation ".len()).ok()?;
     let span = Span { start: behind, end: behind, ..place };
-    Some((format!("Label it `{label}`"), vec![Edit::replace(span, format!("{label}: "))]))
+    Some((format!("Label it `{label}`"), vec![FixEdit::replace(span, format!("{label}: "))]))
 }
 
 /// All unambiguous corrections of the document.
-fn all_safe(analysis: &Analysis, context: &Context<'_>) -> Option<CodeAction> {
+fn all_safe(analysis: &Analysis, context: &AnswerContext<'_>) -> Option<CodeAction> {
     let fixes = analysis.diagnostics.iter().filter_map(|one| one.fix.as_ref());
     let safe: Vec<&Fix> = fixes.filter(|fix| fix.is_safe()).collect();
     let text = context.text();
@@ -167,16 +174,16 @@ fn all_safe(analysis: &Analysis, context: &Context<'_>) -> Option<CodeAction> {
     (n > 0).then(|| CodeAction {
         title: "Write all safe corrections".to_owned(),
         kind: Some(CodeActionKind::SOURCE_FIX_ALL),
-        edit: Some(written(&[Edit::replace(whole, new)], analysis, context.columns)),
+        edit: Some(written(&[FixEdit::replace(whole, new)], analysis, context.columns)),
         ..Default::default()
     })
 }
 
 /// Converts edits to the protocol's form.
 #[allow(clippy::mutable_key_type)] // The protocol's own type.
-fn written(edits: &[Edit], analysis: &Analysis, columns: Columns) -> WorkspaceEdit {
+fn written(edits: &[FixEdit], analysis: &Analysis, columns: ColumnUnit) -> WorkspaceEdit {
     let mut changes: HashMap<Uri, Vec<TextEdit>> = HashMap::new();
-    for Edit { span, text } in edits {
+    for FixEdit { span, text } in edits {
         if let Some(Location { uri, range }) = places::location(*span, &analysis.sources, columns) {
             changes.entry(uri).or_default().push(TextEdit::new(range, text.clone()));
         }

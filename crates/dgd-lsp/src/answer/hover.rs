@@ -5,8 +5,8 @@ use std::fmt::Write as _;
 use dgd_compiler::expr::display::number;
 use dgd_compiler::expr::intrinsics::INTRINSICS;
 use dgd_compiler::model::typeset::latex;
-use dgd_compiler::names::{Names, Symbol, SymbolId, SymbolKind};
-use dgd_compiler::source::{SourceId, Sources, Span};
+use dgd_compiler::names::{NameTable, NamedItem, SymbolId, SymbolKind};
+use dgd_compiler::source::{SourceId, SourceMap, Span};
 use dgd_compiler::syntax::ast::{Ast, Item, ItemKind};
 use dgd_compiler::syntax::{own_units, parse_what_is_sound, visit};
 use dgd_compiler::units::describe;
@@ -15,16 +15,16 @@ use lsp_types::{
     MarkupKind,
 };
 
-use super::Context;
+use super::AnswerContext;
 use crate::{dimensions, places};
 
-pub(super) fn hover(params: &HoverParams, context: &Context<'_>) -> Option<Hover> {
+pub(super) fn hover(params: &HoverParams, context: &AnswerContext<'_>) -> Option<Hover> {
     let analysis = context.analysis?;
     let byte = context.byte(params.text_document_position_params.position) as u32;
     let (names, sources) = context.files.names(&context.path);
     let mut text = String::new();
     let mut place = None;
-    if let Some(one) = names.at(SourceId(0), byte) {
+    if let Some(one) = names.find_at(SourceId(0), byte) {
         place = Some(one.span);
         text = of_symbol(one.symbol, &names, &sources, context);
     } else if let Some((word, span)) = word_at(context.text(), byte)
@@ -71,7 +71,12 @@ fn word_at(text: &str, byte: u32) -> Option<(&str, Span)> {
 }
 
 /// The declaration of a symbol, its doc comment, value and uses.
-fn of_symbol(id: SymbolId, names: &Names, sources: &Sources, context: &Context<'_>) -> String {
+fn of_symbol(
+    id: SymbolId,
+    names: &NameTable,
+    sources: &SourceMap,
+    context: &AnswerContext<'_>,
+) -> String {
     let symbol = names.symbol(id);
     let ast = parse_what_is_sound(symbol.declared.source, sources);
     let mut text = String::new();
@@ -123,8 +128,12 @@ fn item_around(ast: &Ast, place: Span) -> Option<&Item> {
 }
 
 /// The value of a constant or parameter of the document, in its unit; the typeset equation of a label.
-fn value_of(symbol: &Symbol, sources: &Sources, context: &Context<'_>) -> Option<String> {
-    let Symbol { name, kind, declared } = symbol;
+fn value_of(
+    symbol: &NamedItem,
+    sources: &SourceMap,
+    context: &AnswerContext<'_>,
+) -> Option<String> {
+    let NamedItem { name, kind, declared } = symbol;
     if sources.get(declared.source).name != context.path {
         return None;
     }
@@ -146,7 +155,7 @@ fn value_of(symbol: &Symbol, sources: &Sources, context: &Context<'_>) -> Option
 }
 
 /// The units of `let`s without a declared unit.
-pub(super) fn inlay_hints(context: &Context<'_>) -> Vec<InlayHint> {
+pub(super) fn inlay_hints(context: &AnswerContext<'_>) -> Vec<InlayHint> {
     let Some(analysis) = context.analysis else { return Vec::new() };
     let mut hints = Vec::new();
     visit::items(&analysis.asts[0].items, &mut |item| {

@@ -8,7 +8,7 @@ mod names;
 mod signature;
 mod text;
 
-use dgd_compiler::source::{Columns, SourceId};
+use dgd_compiler::source::{ColumnUnit, SourceId};
 use lsp_types::request::{
     CodeActionRequest, CodeLensRequest, Completion, DocumentSymbolRequest, FoldingRangeRequest,
     Formatting, GotoDefinition, HoverRequest, InlayHintRequest, PrepareRenameRequest, References,
@@ -25,21 +25,21 @@ use serde::de::DeserializeOwned;
 use serde_json::Value;
 
 use crate::analysis::Analysis;
-use crate::files::Files;
+use crate::files::OpenDocuments;
 use crate::places;
 
 pub(crate) use fixes::{crashed, diagnostics};
 
 /// The data for answers.
-pub(crate) struct Context<'a> {
+pub(crate) struct AnswerContext<'a> {
     /// The document of the request.
     pub(crate) path: String,
-    pub(crate) files: &'a Files,
-    pub(crate) columns: Columns,
+    pub(crate) files: &'a OpenDocuments,
+    pub(crate) columns: ColumnUnit,
     pub(crate) analysis: Option<&'a Analysis>,
 }
 
-impl Context<'_> {
+impl AnswerContext<'_> {
     /// The text of the document.
     fn text(&self) -> &str {
         self.analysis.map_or("", |analysis| &analysis.sources.get(SourceId(0)).text)
@@ -102,10 +102,14 @@ pub(crate) fn document(params: &Value) -> Option<String> {
 }
 
 /// An answer as JSON, or an error.
-type Answer = Result<Value, String>;
+type JsonAnswer = Result<Value, String>;
 
 /// The answer to a request; `None` for an unknown method.
-pub(crate) fn answer(method: &str, params: Value, context: &Context<'_>) -> Option<Answer> {
+pub(crate) fn answer(
+    method: &str,
+    params: Value,
+    context: &AnswerContext<'_>,
+) -> Option<JsonAnswer> {
     Some(match method {
         HoverRequest::METHOD => with(params, |params| Ok(hover::hover(&params, context))),
         SignatureHelpRequest::METHOD => {
@@ -132,11 +136,11 @@ pub(crate) fn answer(method: &str, params: Value, context: &Context<'_>) -> Opti
 fn with<P: DeserializeOwned, R: Serialize>(
     params: Value,
     answer: impl FnOnce(P) -> Result<R, String>,
-) -> Answer {
+) -> JsonAnswer {
     let params = serde_json::from_value(params).map_err(|error| error.to_string())?;
     json(answer(params)?)
 }
 
-fn json(answer: impl Serialize) -> Answer {
+fn json(answer: impl Serialize) -> JsonAnswer {
     serde_json::to_value(answer).map_err(|error| error.to_string())
 }

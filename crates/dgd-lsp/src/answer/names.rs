@@ -4,8 +4,8 @@ use std::collections::HashMap;
 
 use dgd_compiler::diagnostics::Diagnostics;
 use dgd_compiler::expr::intrinsics::IntrinsicId;
-use dgd_compiler::names::{Names, Use};
-use dgd_compiler::source::{Source, SourceId, Sources};
+use dgd_compiler::names::{NameTable, NameUse};
+use dgd_compiler::source::{SourceId, SourceMap, SourceText};
 use dgd_compiler::syntax::ast::ItemKind;
 use dgd_compiler::syntax::parse;
 use lsp_types::{
@@ -13,27 +13,33 @@ use lsp_types::{
     TextDocumentPositionParams, TextEdit, Uri, WorkspaceEdit,
 };
 
-use super::Context;
+use super::AnswerContext;
 use crate::places;
 
 /// The names of the project, and the use at a position.
-fn found(at: &TextDocumentPositionParams, context: &Context<'_>) -> Option<(Names, Sources, Use)> {
+fn found(
+    at: &TextDocumentPositionParams,
+    context: &AnswerContext<'_>,
+) -> Option<(NameTable, SourceMap, NameUse)> {
     let byte = context.byte(at.position) as u32;
     let (names, sources) = context.files.names(&context.path);
-    let one = *names.at(SourceId(0), byte)?;
+    let one = *names.find_at(SourceId(0), byte)?;
     Some((names, sources, one))
 }
 
 pub(super) fn definition(
     params: &GotoDefinitionParams,
-    context: &Context<'_>,
+    context: &AnswerContext<'_>,
 ) -> Option<Vec<Location>> {
     let (names, sources, one) = found(&params.text_document_position_params, context)?;
     let declared = names.uses_of(one.symbol).filter(|one| one.declares);
     Some(declared.filter_map(|one| places::location(one.span, &sources, context.columns)).collect())
 }
 
-pub(super) fn references(params: &ReferenceParams, context: &Context<'_>) -> Option<Vec<Location>> {
+pub(super) fn references(
+    params: &ReferenceParams,
+    context: &AnswerContext<'_>,
+) -> Option<Vec<Location>> {
     let (names, sources, one) = found(&params.text_document_position, context)?;
     let with_declarations = params.context.include_declaration;
     let uses = names.uses_of(one.symbol).filter(|one| with_declarations || !one.declares);
@@ -42,7 +48,7 @@ pub(super) fn references(params: &ReferenceParams, context: &Context<'_>) -> Opt
 
 pub(super) fn prepare(
     params: &TextDocumentPositionParams,
-    context: &Context<'_>,
+    context: &AnswerContext<'_>,
 ) -> Option<PrepareRenameResponse> {
     let (_, sources, one) = found(params, context)?;
     let range = places::range_of(one.span, &sources, context.columns);
@@ -52,7 +58,7 @@ pub(super) fn prepare(
 #[allow(clippy::mutable_key_type)] // The protocol's own type.
 pub(super) fn rename(
     params: &RenameParams,
-    context: &Context<'_>,
+    context: &AnswerContext<'_>,
 ) -> Result<Option<WorkspaceEdit>, String> {
     let Some((names, sources, one)) = found(&params.text_document_position, context) else {
         return Err("nothing here is a name of the model".to_owned());
@@ -70,7 +76,7 @@ pub(super) fn rename(
 }
 
 /// Checks that a symbol can have this name: it is valid, and free wherever the symbol is named.
-fn verify(new: &str, one: &Use, names: &Names, sources: &Sources) -> Result<(), String> {
+fn verify(new: &str, one: &NameUse, names: &NameTable, sources: &SourceMap) -> Result<(), String> {
     let is_taken =
         matches!(new, "time" | "pi" | "der" | "delay") || IntrinsicId::find(new).is_some();
     if !is_name(new) || is_taken {
@@ -91,9 +97,9 @@ fn verify(new: &str, one: &Use, names: &Names, sources: &Sources) -> Result<(), 
 
 /// Whether a text is a valid name, without dots.
 fn is_name(text: &str) -> bool {
-    let (mut sources, mut diagnostics) = (Sources::default(), Diagnostics::default());
+    let (mut sources, mut diagnostics) = (SourceMap::default(), Diagnostics::default());
     let line = format!("let {text} = 1");
-    let id = sources.add(Source { name: String::new(), text: line });
+    let id = sources.add(SourceText { name: String::new(), text: line });
     let parsed = parse(id, &sources, &mut diagnostics);
     parsed.is_ok_and(|ast| match ast.items.as_slice() {
         [only] => matches!(&only.kind, ItemKind::Let { name, unit: None, .. } if name.text == text),

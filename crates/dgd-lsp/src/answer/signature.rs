@@ -7,12 +7,12 @@ use lsp_types::{
     ParameterInformation, ParameterLabel, SignatureHelp, SignatureHelpParams, SignatureInformation,
 };
 
-use super::Context;
+use super::AnswerContext;
 
 /// The function whose parentheses are open at the cursor, and the current argument.
 pub(super) fn signature(
     params: &SignatureHelpParams,
-    context: &Context<'_>,
+    context: &AnswerContext<'_>,
 ) -> Option<SignatureHelp> {
     let byte = context.byte(params.text_document_position_params.position);
     let before = &context.text()[..byte];
@@ -54,7 +54,7 @@ pub(super) fn signature(
 }
 
 /// The arguments of a function, with their units, and its documentation.
-fn arguments_of(name: &str, context: &Context<'_>) -> Option<(Vec<String>, String)> {
+fn arguments_of(name: &str, context: &AnswerContext<'_>) -> Option<(Vec<String>, String)> {
     let analysis = context.analysis?;
     let mut declaration = None;
     for ast in &analysis.asts {

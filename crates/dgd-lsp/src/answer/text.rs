@@ -2,7 +2,7 @@
 
 use dgd_compiler::diagnostics::Diagnostics;
 use dgd_compiler::names::SymbolKind;
-use dgd_compiler::source::{SourceId, Sources};
+use dgd_compiler::source::{SourceId, SourceMap};
 use dgd_compiler::syntax::ast::{Item, ItemKind, Name};
 use dgd_compiler::syntax::{Token, TokenKind, layout, parse, tokens};
 use lsp_types::{
@@ -10,7 +10,7 @@ use lsp_types::{
     SemanticTokenType, SemanticTokens, TextEdit,
 };
 
-use super::Context;
+use super::AnswerContext;
 use crate::places;
 
 /// The token types, in the order of their numbers in the protocol.
@@ -28,12 +28,16 @@ pub(super) const TOKEN_TYPES: &[SemanticTokenType] = &[
     SemanticTokenType::EVENT,
 ];
 
-pub(super) fn symbols(context: &Context<'_>) -> Vec<DocumentSymbol> {
+pub(super) fn symbols(context: &AnswerContext<'_>) -> Vec<DocumentSymbol> {
     let Some(analysis) = context.analysis else { return Vec::new() };
     outline(&analysis.asts[0].items, &analysis.sources, context)
 }
 
-fn outline(items: &[Item], sources: &Sources, context: &Context<'_>) -> Vec<DocumentSymbol> {
+fn outline(
+    items: &[Item],
+    sources: &SourceMap,
+    context: &AnswerContext<'_>,
+) -> Vec<DocumentSymbol> {
     let mut entries = Vec::new();
     for item in items {
         let mut children = Vec::new();
@@ -91,7 +95,7 @@ fn outline(items: &[Item], sources: &Sources, context: &Context<'_>) -> Vec<Docu
 }
 
 /// Commands to run with a model, above its first line: the editor runs `dgd COMMAND PATH`.
-pub(super) fn lenses(context: &Context<'_>) -> Vec<CodeLens> {
+pub(super) fn lenses(context: &AnswerContext<'_>) -> Vec<CodeLens> {
     let Some(analysis) = context.analysis else { return Vec::new() };
     let Some(header) = &analysis.asts[0].model else { return Vec::new() };
     let range = places::range_of(header.name.span, &analysis.sources, context.columns);
@@ -115,13 +119,13 @@ const RUNS: [(&str, &str); 3] = [
 ];
 
 /// The tokens of the document, including unreadable ones.
-fn own_tokens(context: &Context<'_>) -> Vec<Token> {
+fn own_tokens(context: &AnswerContext<'_>) -> Vec<Token> {
     let Some(analysis) = context.analysis else { return Vec::new() };
     tokens(SourceId(0), &analysis.sources, &mut Diagnostics::default())
 }
 
 /// Folds blocks between braces, and comments of several lines.
-pub(super) fn folding(context: &Context<'_>) -> Vec<FoldingRange> {
+pub(super) fn folding(context: &AnswerContext<'_>) -> Vec<FoldingRange> {
     let text = context.text();
     let line = |byte: u32| {
         let byte = byte as usize;
@@ -164,7 +168,7 @@ pub(super) fn folding(context: &Context<'_>) -> Vec<FoldingRange> {
 }
 
 /// The canonical layout; `None` if the text cannot be parsed.
-pub(super) fn formatting(context: &Context<'_>) -> Option<Vec<TextEdit>> {
+pub(super) fn formatting(context: &AnswerContext<'_>) -> Option<Vec<TextEdit>> {
     let analysis = context.analysis?;
     let mut diagnostics = Diagnostics::default();
     parse(SourceId(0), &analysis.sources, &mut diagnostics).ok()?;
@@ -177,7 +181,7 @@ pub(super) fn formatting(context: &Context<'_>) -> Option<Vec<TextEdit>> {
 }
 
 /// The type of each word, from the compiler rather than from its spelling.
-pub(super) fn semantic_tokens(context: &Context<'_>) -> SemanticTokens {
+pub(super) fn semantic_tokens(context: &AnswerContext<'_>) -> SemanticTokens {
     let text = context.text();
     let (names, _) = context.files.names(&context.path);
     let mut data = Vec::new();
@@ -189,7 +193,7 @@ pub(super) fn semantic_tokens(context: &Context<'_>) -> SemanticTokens {
             TokenKind::Number => 2,
             TokenKind::Unit => 3,
             TokenKind::Name => {
-                let symbol_use = names.at(SourceId(0), token.start);
+                let symbol_use = names.find_at(SourceId(0), token.start);
                 match symbol_use
                     .filter(|one| one.span.start <= token.start && token.start < one.span.end)
                 {
@@ -207,7 +211,7 @@ pub(super) fn semantic_tokens(context: &Context<'_>) -> SemanticTokens {
         data.push(SemanticToken {
             delta_line: line - before.0,
             delta_start,
-            length: context.columns.of(&text[bytes]) as u32,
+            length: context.columns.count(&text[bytes]) as u32,
             token_type: kind,
             token_modifiers_bitset: 0,
         });

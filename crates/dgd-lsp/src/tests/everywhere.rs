@@ -4,19 +4,19 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use dgd_compiler::source::{Columns, Lines, SourceId, Span};
-use dgd_compiler::syntax::ast::{Expr, ExprKind, Target};
+use dgd_compiler::source::{ColumnUnit, LineStarts, SourceId, Span};
+use dgd_compiler::syntax::ast::{EffectTarget, Expr, ExprKind};
 use dgd_compiler::syntax::visit::operands;
 use serde_json::{Value, json};
 
 use super::{Editor, address, edited, files, models};
 use crate::analysis::{Analysis, analyse};
 use crate::dimensions;
-use crate::files::Files;
+use crate::files::OpenDocuments;
 use crate::places::path_of;
 
 /// A file's analysis after a pause.
-fn looked_at(path: &Path, files: &Files) -> Analysis {
+fn looked_at(path: &Path, files: &OpenDocuments) -> Analysis {
     let mut analysis = analyse(&path.display().to_string(), files);
     let others = analysis.other_variants(&mut || true).expect("nothing interrupts");
     analysis.add(others);
@@ -52,13 +52,13 @@ fn with_dimensions(expr: &Expr, spans: &mut Vec<Span>) {
 
 #[test]
 fn the_dimension_of_every_expression_is_told() {
-    let project = Files::default();
+    let project = OpenDocuments::default();
     let (mut n, mut missing) = (0, Vec::new());
     for path in files() {
         let analysis = looked_at(&path, &project);
         // The arguments of a template are known only where it is applied.
         let effect = analysis.asts[0].effect.as_ref();
-        if effect.is_some_and(|effect| matches!(effect.target, Target::Template(_))) {
+        if effect.is_some_and(|effect| matches!(effect.target, EffectTarget::Template(_))) {
             continue;
         }
         let dimensions = dimensions::all(&analysis);
@@ -82,7 +82,8 @@ type Edits = BTreeMap<String, Vec<Value>>;
 /// symbols.
 fn renamed(nth: usize) -> (Vec<Edits>, usize) {
     let mut editor = Editor::new(&models(), "utf-16");
-    let project = Files { folders: vec![models().display().to_string()], ..Files::default() };
+    let project =
+        OpenDocuments { folders: vec![models().display().to_string()], ..OpenDocuments::default() };
     let mut rounds: Vec<(Edits, BTreeSet<String>)> = Vec::new();
     let (mut n_seen, mut n_renamed) = (0, 0);
     for path in files() {
@@ -93,8 +94,11 @@ fn renamed(nth: usize) -> (Vec<Edits>, usize) {
             if n_seen % nth != 0 {
                 continue;
             }
-            let (line, character) =
-                Lines::of(text).position(text, symbol.declared.start as usize, Columns::Utf16);
+            let (line, character) = LineStarts::from_text(text).position(
+                text,
+                symbol.declared.start as usize,
+                ColumnUnit::Utf16,
+            );
             let params = json!({
                 "textDocument": { "uri": address(&path) },
                 "position": { "line": line, "character": character },
@@ -131,18 +135,19 @@ fn renamed(nth: usize) -> (Vec<Edits>, usize) {
 }
 
 /// The files of the repository with these edits.
-fn changed(edits: &Edits) -> Files {
-    let mut changed = Files { folders: vec![models().display().to_string()], ..Files::default() };
+fn changed(edits: &Edits) -> OpenDocuments {
+    let mut changed =
+        OpenDocuments { folders: vec![models().display().to_string()], ..OpenDocuments::default() };
     for (uri, of_file) in edits {
         let path = path_of(&uri.parse().expect("an address"));
         let text = fs::read_to_string(&path).expect("a file");
-        changed.open.insert(path, edited(&text, &json!(of_file), Columns::Utf16));
+        changed.open.insert(path, edited(&text, &json!(of_file), ColumnUnit::Utf16));
     }
     changed
 }
 
 /// Errors in any file.
-fn mistakes(project: &Files) -> Vec<String> {
+fn mistakes(project: &OpenDocuments) -> Vec<String> {
     let mut mistakes = Vec::new();
     for path in files() {
         let analysis = looked_at(&path, project);
@@ -216,7 +221,7 @@ fn a_character_of_two_units_is_counted_as_two() {
 #[test]
 fn a_newer_keystroke_ends_the_look_at_other_choices() {
     let path = models().join("mud_circulation.dgd");
-    let analysis = analyse(&path.display().to_string(), &Files::default());
+    let analysis = analyse(&path.display().to_string(), &OpenDocuments::default());
     let mut n_asked = 0;
     let mut first_only = || {
         n_asked += 1;

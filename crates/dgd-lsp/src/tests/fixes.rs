@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use dgd_compiler::source::Lines;
+use dgd_compiler::source::LineStarts;
 use serde_json::{Value, json};
 
 use super::{Editor, address, edited, model, models};
@@ -138,7 +138,7 @@ fn a_mistake_in_another_choice_can_be_corrected() {
     let later = editor.wait_for(&address(&path));
     assert_eq!(later[0]["code"], "E301", "{later}");
     let place = text.find("2 }").expect("the mistake");
-    let (line, character) = Lines::of(text).position(text, place, editor.columns);
+    let (line, character) = LineStarts::from_text(text).position(text, place, editor.columns);
     let position = json!({ "line": line, "character": character });
     let params = json!({ "textDocument": { "uri": address(&path) }, "context": { "diagnostics": [] },
                          "range": { "start": position, "end": position } });

@@ -11,7 +11,7 @@ use std::path::{Path, PathBuf};
 use std::thread::{self, JoinHandle};
 use std::time::Duration;
 
-use dgd_compiler::source::{Columns, Lines};
+use dgd_compiler::source::{ColumnUnit, LineStarts};
 use lsp_server::{Connection, Message, Notification, Request, RequestId};
 use serde_json::{Value, json};
 
@@ -25,14 +25,14 @@ struct Editor {
     next: i32,
     /// The last diagnostics of each document, with its version.
     told: BTreeMap<String, Value>,
-    columns: Columns,
+    columns: ColumnUnit,
 }
 
 impl Editor {
     fn new(folder: &Path, encoding: &str) -> Editor {
         let (own, other) = Connection::memory();
         let server = thread::spawn(move || serve(&other).expect("a session"));
-        let columns = if encoding == "utf-8" { Columns::Utf8 } else { Columns::Utf16 };
+        let columns = if encoding == "utf-8" { ColumnUnit::Utf8 } else { ColumnUnit::Utf16 };
         let diagnostics = BTreeMap::new();
         let mut editor = Editor { connection: own, server, next: 0, told: diagnostics, columns };
         let root = uri_of(&folder.display().to_string()).expect("an address");
@@ -109,7 +109,7 @@ impl Editor {
     /// A document and a position in it, the `skip`th byte of the first occurrence of a text.
     fn at(&self, path: &Path, text: &str, what: &str, skip: usize) -> Value {
         let byte = text.find(what).expect("it is there") + skip;
-        let (line, character) = Lines::of(text).position(text, byte, self.columns);
+        let (line, character) = LineStarts::from_text(text).position(text, byte, self.columns);
         let position = json!({ "line": line, "character": character });
         json!({ "textDocument": { "uri": address(path) }, "position": position })
     }
@@ -154,8 +154,8 @@ fn model(name: &str) -> (PathBuf, String) {
 }
 
 /// The text after the edits that an answer has for a document.
-fn edited(text: &str, edits: &Value, columns: Columns) -> String {
-    let lines = Lines::of(text);
+fn edited(text: &str, edits: &Value, columns: ColumnUnit) -> String {
+    let lines = LineStarts::from_text(text);
     let byte = |at: &Value| {
         let number = |key: &str| at[key].as_u64().expect("a number") as usize;
         lines.byte(text, number("line"), number("character"), columns)
@@ -189,7 +189,7 @@ fn mistakes_come_with_places_and_fixes_while_one_types() {
         assert_eq!(diagnostics.as_array().expect("a list").len(), 1, "{diagnostics}");
         let range = diagnostics[0]["range"].clone();
         let start = text.find("τ_größ\n").expect("the mistake");
-        let (line, character) = Lines::of(text).position(text, start, editor.columns);
+        let (line, character) = LineStarts::from_text(text).position(text, start, editor.columns);
         assert_eq!(range["start"], json!({ "line": line, "character": character }));
         let document = json!({ "uri": address(&path) });
         let context = json!({ "diagnostics": [] });

@@ -5,22 +5,22 @@ use super::style::{
 };
 use crate::figure::Figure;
 use crate::font::Font;
-use crate::scene::{Anchor, Mark, Point};
-use crate::text::Text;
-use crate::ticks::Axis;
+use crate::scene::{SceneMark, ScenePoint, TextAnchor};
+use crate::text::MathText;
+use crate::ticks::PlotAxis;
 use crate::wrap::wrap;
 
 /// The labels under the lowest axes of a column.
 pub(super) struct Footer {
     /// Lines of the label, then its position below the axes.
-    label: Vec<Text>,
+    label: Vec<MathText>,
     common_line: f64,
     axes_width: f64,
     pub(super) height: f64,
 }
 
 impl Footer {
-    pub(super) fn new(figure: &Figure, font: &Font, x: &Axis, axes_width: f64) -> Footer {
+    pub(super) fn new(figure: &Figure, font: &Font, x: &PlotAxis, axes_width: f64) -> Footer {
         let label = wrap(&figure.x_label, font, LABEL_SIZE, axes_width);
         let ticks = TICK_LENGTH + TICK_GAP + LINE_HEIGHT * TICK_SIZE;
         let line = LINE_HEIGHT * LABEL_SIZE;
@@ -45,22 +45,22 @@ impl Footer {
     }
 
     /// Draws below axes whose lower left corner is `corner`.
-    pub(super) fn draw(&self, x: &Axis, corner: Point, marks: &mut Vec<Mark>) {
+    pub(super) fn draw(&self, x: &PlotAxis, corner: ScenePoint, marks: &mut Vec<SceneMark>) {
         let tick_base = corner.1 + TICK_LENGTH + TICK_GAP + 0.8 * TICK_SIZE;
         for tick in &x.ticks {
             let position = (corner.0 + tick.fraction * self.axes_width, tick_base);
-            marks.push(text(tick.label.clone(), position, Anchor::Middle, TICK_SIZE));
+            marks.push(text(tick.label.clone(), position, TextAnchor::Middle, TICK_SIZE));
         }
         let mut base = corner.1 + TICK_LENGTH + TICK_GAP + LINE_HEIGHT * TICK_SIZE;
         for line in &self.label {
             base += LINE_HEIGHT * LABEL_SIZE;
             let position = (corner.0 + 0.5 * self.axes_width, base - DESCENT * LABEL_SIZE);
-            marks.push(text(line.clone(), position, Anchor::Middle, LABEL_SIZE));
+            marks.push(text(line.clone(), position, TextAnchor::Middle, LABEL_SIZE));
         }
         if !x.common.is_empty() {
             let base = corner.1 + self.common_line - DESCENT * LABEL_SIZE;
             let position = (corner.0 + self.axes_width, base);
-            marks.push(text(x.common.clone(), position, Anchor::End, TICK_SIZE));
+            marks.push(text(x.common.clone(), position, TextAnchor::End, TICK_SIZE));
         }
     }
 }

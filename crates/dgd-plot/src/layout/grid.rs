@@ -8,18 +8,18 @@ use crate::figure::Figure;
 use crate::font::Font;
 
 /// The grid of panels.
-pub(super) struct Grid {
+pub(super) struct PanelGrid {
     pub(super) rows: usize,
     pub(super) columns: usize,
     panels: usize,
 }
 
-impl Grid {
-    pub(super) fn new(figure: &Figure) -> Grid {
+impl PanelGrid {
+    pub(super) fn new(figure: &Figure) -> PanelGrid {
         let panels = figure.panels.len();
         let columns = figure.columns.clamp(1, panels.max(1));
         let rows = panels.div_ceil(columns);
-        Grid { rows, columns, panels }
+        PanelGrid { rows, columns, panels }
     }
 
     /// Row and column of a panel.
@@ -41,15 +41,20 @@ impl Grid {
 }
 
 /// Horizontal positions of the columns.
-pub(super) struct Columns {
+pub(super) struct GridColumns {
     pub(super) lefts: Vec<f64>,
     pub(super) axes_width: f64,
     /// Width of the widest y tick label of each column.
     pub(super) tick_widths: Vec<f64>,
 }
 
-impl Columns {
-    pub(super) fn new(panels: &[PlacedPanel], grid: &Grid, font: &Font, width: f64) -> Columns {
+impl GridColumns {
+    pub(super) fn new(
+        panels: &[PlacedPanel],
+        grid: &PanelGrid,
+        font: &Font,
+        width: f64,
+    ) -> GridColumns {
         let in_column = |column: usize| grid.column(column).map(|index| &panels[index]);
         let widest = |widths: &mut dyn Iterator<Item = f64>| widths.fold(0.0, f64::max);
         let tick_widths: Vec<f64> = (0..grid.columns)
@@ -83,6 +88,6 @@ impl Columns {
             lefts.push(right + left);
             right += left + axes_width + beside + COLUMN_GAP;
         }
-        Columns { lefts, axes_width, tick_widths }
+        GridColumns { lefts, axes_width, tick_widths }
     }
 }

@@ -1,9 +1,9 @@
 //! Labels beside points of a panel's series.
 
 use super::style::{HALF_DIGIT, TICK_SIZE};
-use crate::figure::{Label, Panel};
+use crate::figure::{Panel, PointLabel};
 use crate::font::Font;
-use crate::scene::{Anchor, Direction, Mark, Pen, Point};
+use crate::scene::{Pen, SceneMark, ScenePoint, TextAnchor, TextDirection};
 
 /// Gap between a point and its text.
 const GAP: f64 = 6.0;
@@ -26,18 +26,18 @@ const ROUNDS: usize = 20;
 pub(super) fn placed(
     panel: &Panel,
     pens: &[Pen],
-    place: impl Fn(f64, f64) -> Point,
+    place: impl Fn(f64, f64) -> ScenePoint,
     font: &Font,
-    size: Point,
-) -> Vec<Mark> {
-    let mut labels: Vec<(Point, &Label, Pen)> = Vec::new();
+    size: ScenePoint,
+) -> Vec<SceneMark> {
+    let mut labels: Vec<(ScenePoint, &PointLabel, Pen)> = Vec::new();
     for (series, pen) in panel.series.iter().zip(pens) {
         let placed = series.labels.iter().map(|label| (place(label.x, label.y), label));
         let visible = placed.filter(|((x, y), _)| x.is_finite() && y.is_finite());
         labels.extend(visible.map(|((x, y), label)| ((x + GAP, y), label, *pen)));
     }
     labels.sort_by(|((_, a), ..), ((_, b), ..)| a.total_cmp(b));
-    let ends = |at: f64, label: &Label| (at, at + font.width(&label.text, TICK_SIZE));
+    let ends = |at: f64, label: &PointLabel| (at, at + font.width(&label.text, TICK_SIZE));
     for _ in 0..ROUNDS {
         for j in 1..labels.len() {
             for i in 0..j {
@@ -52,11 +52,11 @@ pub(super) fn placed(
         }
     }
     let half = 0.5 * TICK_SIZE;
-    let text = |((x, y), label, pen): (Point, &Label, Pen)| Mark::Text {
+    let text = |((x, y), label, pen): (ScenePoint, &PointLabel, Pen)| SceneMark::Text {
         text: label.text.clone(),
         at: (x, y.clamp(half, size.1 - half) + HALF_DIGIT * TICK_SIZE),
-        anchor: Anchor::Start,
-        direction: Direction::Rightwards,
+        anchor: TextAnchor::Start,
+        direction: TextDirection::Rightwards,
         size: TICK_SIZE,
         colour: pen.colour,
     };
@@ -66,36 +66,37 @@ pub(super) fn placed(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::figure::Series;
+    use crate::figure::PlotSeries;
     use crate::palette::pens;
-    use crate::text::Text;
+    use crate::text::MathText;
 
-    fn at(mark: &Mark) -> Point {
+    fn position(mark: &SceneMark) -> ScenePoint {
         match mark {
-            Mark::Text { at, .. } => *at,
+            SceneMark::Text { at, .. } => *at,
             _ => unreachable!("labels are texts"),
         }
     }
 
     #[test]
     fn labels_stand_right_of_their_points_and_apart() {
-        let label = |x: f64, y: f64| Label { x, y, text: Text::plain("2000 rpm") };
+        let label = |x: f64, y: f64| PointLabel { x, y, text: MathText::plain("2000 rpm") };
         let labels = vec![label(100.0, 50.0), label(100.0, 52.0), label(10.0, 51.0)];
         let lost = label(f64::NAN, 1.0);
-        let series = Series { labels: [labels, vec![lost]].concat(), ..Series::default() };
+        let series = PlotSeries { labels: [labels, vec![lost]].concat(), ..PlotSeries::default() };
         let panel = Panel { series: vec![series], ..Panel::default() };
         let font = Font::embedded();
         let marks = placed(&panel, &pens(&panel), |x, y| (x, y), &font, (100.0, 100.0));
         assert_eq!(marks.len(), 3);
-        let mut at_edge: Vec<Point> = marks.iter().map(at).filter(|at| at.0 > 100.0).collect();
+        let mut at_edge: Vec<ScenePoint> =
+            marks.iter().map(position).filter(|at| at.0 > 100.0).collect();
         at_edge.sort_by(|a, b| a.1.total_cmp(&b.1));
         assert!(at_edge[1].1 - at_edge[0].1 >= DISTANCE - 1e-6, "{at_edge:?}");
         // Both are within the room reserved for them, and near their points.
-        assert!(font.width(&Text::plain("2000 rpm"), TICK_SIZE) + GAP <= width(&panel, &font));
+        assert!(font.width(&MathText::plain("2000 rpm"), TICK_SIZE) + GAP <= width(&panel, &font));
         let middle = 0.5 * (at_edge[0].1 + at_edge[1].1) - HALF_DIGIT * TICK_SIZE;
         assert!((middle - 51.0).abs() < 1e-6, "{middle}");
         // The one elsewhere stays where it is.
-        let elsewhere = marks.iter().map(at).find(|at| at.0 < 50.0).expect("the third");
+        let elsewhere = marks.iter().map(position).find(|at| at.0 < 50.0).expect("the third");
         assert!((elsewhere.1 - HALF_DIGIT * TICK_SIZE - 51.0).abs() < 1e-9);
     }
 }

@@ -5,8 +5,8 @@ use super::style::{HEADER_GAP, label_width, range, text};
 use crate::figure::HeatMap;
 use crate::font::Font;
 use crate::palette;
-use crate::scene::{Anchor, Mark, Point, Rectangle};
-use crate::ticks::Axis;
+use crate::scene::{Rectangle, SceneMark, ScenePoint, TextAnchor};
+use crate::ticks::PlotAxis;
 
 /// Gap between the axes and the scale, and the width of the scale.
 const GAP: f64 = 10.0;
@@ -18,17 +18,17 @@ const CELL: usize = 2;
 /// A heat map during layout.
 pub(super) struct PlacedMap<'a> {
     map: &'a HeatMap,
-    scale: Axis,
+    scale: PlotAxis,
 }
 
 impl<'a> PlacedMap<'a> {
     pub(super) fn new(map: &'a HeatMap, height: f64) -> PlacedMap<'a> {
         let (low, high) = range(map.values.iter().flatten());
-        PlacedMap { map, scale: Axis::new(low, high, 0.0, (height / Y_TICK_DISTANCE) as u32) }
+        PlacedMap { map, scale: PlotAxis::new(low, high, 0.0, (height / Y_TICK_DISTANCE) as u32) }
     }
 
     /// The axis of places, which extends half a cell beyond the first and the last.
-    pub(super) fn places(&self, height: f64) -> Axis {
+    pub(super) fn places(&self, height: f64) -> PlotAxis {
         let places = &self.map.places;
         let edges = || {
             let (first, last) = (places.first()?, places.last()?);
@@ -41,7 +41,7 @@ impl<'a> PlacedMap<'a> {
             Some(edges) if !self.scale.ticks.is_empty() => edges,
             _ => (f64::INFINITY, f64::NEG_INFINITY),
         };
-        Axis::new(low, high, 0.0, (height / Y_TICK_DISTANCE) as u32)
+        PlotAxis::new(low, high, 0.0, (height / Y_TICK_DISTANCE) as u32)
     }
 
     /// Width reserved right of the axes.
@@ -54,10 +54,10 @@ impl<'a> PlacedMap<'a> {
     /// The cells, relative to the upper left corner of the axes.
     ///
     /// Each level covers everything at least as high, so that no background shows between two.
-    pub(super) fn cells(&self, x: &Axis, y: &Axis, size: Point) -> Vec<Mark> {
+    pub(super) fn cells(&self, x: &PlotAxis, y: &PlotAxis, size: ScenePoint) -> Vec<SceneMark> {
         let columns = self.columns(x, size.0);
         let rows = self.rows(y, size.1);
-        let mut levels: Vec<Vec<Vec<Point>>> = vec![Vec::new(); palette::LEVELS];
+        let mut levels: Vec<Vec<Vec<ScenePoint>>> = vec![Vec::new(); palette::LEVELS];
         for (row, [top, bottom]) in rows {
             let level = |column: &Option<usize>| column.and_then(|k| self.level(*row.get(k)?));
             let of_row: Vec<Option<usize>> = columns.iter().map(level).collect();
@@ -75,12 +75,13 @@ impl<'a> PlacedMap<'a> {
             }
         }
         let levels = levels.into_iter().enumerate().filter(|(_, outlines)| !outlines.is_empty());
-        let mark = |(level, outlines)| Mark::Surface { outlines, colour: palette::of_level(level) };
+        let mark =
+            |(level, outlines)| SceneMark::Surface { outlines, colour: palette::of_level(level) };
         levels.map(mark).collect()
     }
 
     /// For each column of cells, the sample nearest to its centre; `None` beyond the first and last.
-    fn columns(&self, x: &Axis, width: f64) -> Vec<Option<usize>> {
+    fn columns(&self, x: &PlotAxis, width: f64) -> Vec<Option<usize>> {
         let edges: Vec<f64> = self.map.x.iter().map(|&at| x.fraction(at) * width).collect();
         let (Some(&first), Some(&last)) = (edges.first(), edges.last()) else { return Vec::new() };
         let nearest = |column: usize| {
@@ -98,7 +99,7 @@ impl<'a> PlacedMap<'a> {
     }
 
     /// Visible rows of values, each with its upper and lower edge in whole pixels: of several in one pixel, the first.
-    fn rows(&self, y: &Axis, height: f64) -> Vec<(&'a [f64], [f64; 2])> {
+    fn rows(&self, y: &PlotAxis, height: f64) -> Vec<(&'a [f64], [f64; 2])> {
         let places = &self.map.places;
         let place = |value: f64| (1.0 - y.fraction(value)) * height;
         let middle = |a: f64, b: f64| place(f64::midpoint(a, b)).round();
@@ -121,7 +122,12 @@ impl<'a> PlacedMap<'a> {
     }
 
     /// The scale right of axes with the upper left corner `origin`.
-    pub(super) fn draw_scale(&self, origin: Point, size: Point, marks: &mut Vec<Mark>) {
+    pub(super) fn draw_scale(
+        &self,
+        origin: ScenePoint,
+        size: ScenePoint,
+        marks: &mut Vec<SceneMark>,
+    ) {
         if self.scale.ticks.is_empty() {
             return;
         }
@@ -131,21 +137,21 @@ impl<'a> PlacedMap<'a> {
         for level in 0..palette::LEVELS {
             let height = edge(level) - top;
             let rectangle = Rectangle { left, top, width: SCALE_WIDTH, height };
-            marks.push(Mark::Area { rectangle, colour: palette::of_level(level) });
+            marks.push(SceneMark::Area { rectangle, colour: palette::of_level(level) });
         }
         let right = left + SCALE_WIDTH;
         let y = |fraction: f64| bottom - fraction * size.1;
         let ticks = self.scale.ticks.iter().map(|tick| y(tick.fraction).round());
         let lines = ticks.map(|y| vec![(right, y), (right + TICK_LENGTH, y)]).collect();
-        marks.push(Mark::Lines { lines, pen: AXIS });
+        marks.push(SceneMark::Lines { lines, pen: AXIS });
         for tick in &self.scale.ticks {
             let base = y(tick.fraction) + HALF_DIGIT * TICK_SIZE;
             let position = (right + TICK_LENGTH + TICK_GAP, base);
-            marks.push(text(tick.label.clone(), position, Anchor::Start, TICK_SIZE));
+            marks.push(text(tick.label.clone(), position, TextAnchor::Start, TICK_SIZE));
         }
         if !self.scale.common.is_empty() {
             let position = (left, top - HEADER_GAP);
-            marks.push(text(self.scale.common.clone(), position, Anchor::Start, TICK_SIZE));
+            marks.push(text(self.scale.common.clone(), position, TextAnchor::Start, TICK_SIZE));
         }
     }
 }
@@ -156,11 +162,12 @@ mod tests {
     use crate::scene::Colour;
 
     /// Visible area of each colour, without parts hidden by later marks.
-    fn shown(cells: &[Mark]) -> Vec<(Colour, f64)> {
-        let area =
-            |outline: &Vec<Point>| (outline[1].0 - outline[0].0) * (outline[2].1 - outline[1].1);
-        let of = |mark: &Mark| match mark {
-            Mark::Surface { outlines, colour } => (*colour, outlines.iter().map(area).sum()),
+    fn shown(cells: &[SceneMark]) -> Vec<(Colour, f64)> {
+        let area = |outline: &Vec<ScenePoint>| {
+            (outline[1].0 - outline[0].0) * (outline[2].1 - outline[1].1)
+        };
+        let of = |mark: &SceneMark| match mark {
+            SceneMark::Surface { outlines, colour } => (*colour, outlines.iter().map(area).sum()),
             _ => unreachable!("cells are surfaces"),
         };
         let all: Vec<(Colour, f64)> = cells.iter().map(of).collect();
@@ -178,14 +185,14 @@ mod tests {
             values: vec![vec![f64::NAN, 0.0], vec![10.0, 0.0]],
         };
         let placed = PlacedMap::new(&map, 100.0);
-        let (x, y) = (Axis::new(0.0, 1.0, 0.0, 5), placed.places(100.0));
+        let (x, y) = (PlotAxis::new(0.0, 1.0, 0.0, 5), placed.places(100.0));
         assert_eq!((y.fraction(0.5), y.fraction(2.5)), (0.0, 1.0));
         let cells = placed.cells(&x, &y, (100.0, 100.0));
         let highest = palette::of_level(palette::LEVELS - 1);
         let lowest = palette::of_level(0);
         assert_eq!(shown(&cells), [(lowest, 5000.0), (highest, 2500.0)]);
         // The highest is at the upper left.
-        let Some(Mark::Surface { outlines, colour }) = cells.last() else { unreachable!() };
+        let Some(SceneMark::Surface { outlines, colour }) = cells.last() else { unreachable!() };
         assert_eq!((outlines[0][0], outlines[0][2], *colour), ((0.0, 0.0), (50.0, 50.0), highest));
     }
 
@@ -199,7 +206,7 @@ mod tests {
         assert!(rows.len() <= 50, "{}", rows.len());
         let covered: f64 = rows.iter().map(|(_, [top, bottom])| bottom - top).sum();
         assert_eq!(covered, 50.0);
-        let x = Axis::new(0.0, 5.0, 0.0, 5);
+        let x = PlotAxis::new(0.0, 5.0, 0.0, 5);
         let cells = placed.cells(&x, &placed.places(50.0), (20.0, 50.0));
         assert_eq!(shown(&cells).len(), 1);
     }
@@ -209,7 +216,7 @@ mod tests {
         let map = HeatMap { x: Vec::new(), places: Vec::new(), values: Vec::new() };
         let placed = PlacedMap::new(&map, 50.0);
         let mut marks =
-            placed.cells(&Axis::new(0.0, 1.0, 0.0, 5), &placed.places(50.0), (9.0, 9.0));
+            placed.cells(&PlotAxis::new(0.0, 1.0, 0.0, 5), &placed.places(50.0), (9.0, 9.0));
         placed.draw_scale((0.0, 0.0), (9.0, 9.0), &mut marks);
         assert!(marks.is_empty() && placed.places(50.0).ticks.is_empty());
     }

@@ -18,7 +18,7 @@ mod panel;
 mod style;
 
 use self::footer::Footer;
-use self::grid::{Columns, Grid};
+use self::grid::{GridColumns, PanelGrid};
 use self::panel::PlacedPanel;
 use self::style::{
     DESCENT, FIGURE_TITLE_SIZE, LINE_HEIGHT, MARGIN, NARROWEST_COLUMN, ROW_GAP, TEXT_GAP,
@@ -27,14 +27,14 @@ use self::style::{
 use crate::figure::Figure;
 use crate::font::Font;
 use crate::legend;
-use crate::scene::{Anchor, Scene};
-use crate::ticks::Axis;
+use crate::scene::{Scene, TextAnchor};
+use crate::ticks::PlotAxis;
 use crate::wrap::wrap;
 
 /// Places everything a figure shows.
 pub(crate) fn scene(figure: &Figure) -> Scene {
     let font = Font::embedded();
-    let grid = Grid::new(figure);
+    let grid = PanelGrid::new(figure);
     let width = if figure.width.is_finite() { figure.width } else { Figure::WIDTH };
     let width = width.max(NARROWEST_COLUMN * grid.columns as f64).round();
     let common_legend = legend::common(&figure.panels);
@@ -42,7 +42,7 @@ pub(crate) fn scene(figure: &Figure) -> Scene {
     let height = axes_height(width, &grid);
     let mut panels: Vec<PlacedPanel> =
         figure.panels.iter().map(|panel| PlacedPanel::new(panel, &font, height)).collect();
-    let columns = Columns::new(&panels, &grid, &font, width);
+    let columns = GridColumns::new(&panels, &grid, &font, width);
     let x = x_axis(figure, &font, columns.axes_width);
     let size = (columns.axes_width, height);
     for panel in &mut panels {
@@ -56,10 +56,10 @@ pub(crate) fn scene(figure: &Figure) -> Scene {
     for line in wrap(&figure.title, &font, FIGURE_TITLE_SIZE, width - 2.0 * MARGIN) {
         top += LINE_HEIGHT * FIGURE_TITLE_SIZE;
         let position = (middle, top - DESCENT * FIGURE_TITLE_SIZE);
-        marks.push(text(line, position, Anchor::Middle, FIGURE_TITLE_SIZE));
+        marks.push(text(line, position, TextAnchor::Middle, FIGURE_TITLE_SIZE));
     }
     if let Some(entries) = common_legend {
-        let rows = legend::Rows::new(&entries, &font, width - 2.0 * MARGIN);
+        let rows = legend::LegendRows::new(&entries, &font, width - 2.0 * MARGIN);
         top += 0.5 * TEXT_GAP;
         rows.draw(&font, middle, top, &mut marks);
         top += rows.height() + 0.5 * TEXT_GAP;
@@ -86,7 +86,7 @@ pub(crate) fn scene(figure: &Figure) -> Scene {
 }
 
 /// A single row may be taller than rows that share a page.
-fn axes_height(width: f64, grid: &Grid) -> f64 {
+fn axes_height(width: f64, grid: &PanelGrid) -> f64 {
     let column = width / grid.columns as f64;
     let height = match grid.rows {
         1 => (0.5 * column).clamp(150.0, 400.0),
@@ -96,13 +96,13 @@ fn axes_height(width: f64, grid: &Grid) -> f64 {
 }
 
 /// The common x axis, with as many ticks as fit with their labels.
-fn x_axis(figure: &Figure, font: &Font, width: f64) -> Axis {
+fn x_axis(figure: &Figure, font: &Font, width: f64) -> PlotAxis {
     let series = figure.panels.iter().flat_map(|panel| &panel.series);
     let maps = figure.panels.iter().filter_map(|panel| panel.map.as_ref());
     let (low, high) = range(series.flat_map(|series| &series.x).chain(maps.flat_map(|map| &map.x)));
     let mut intervals = (width / X_TICK_DISTANCE) as u32;
     loop {
-        let axis = Axis::new(low, high, 0.0, intervals);
+        let axis = PlotAxis::new(low, high, 0.0, intervals);
         let distance = match axis.ticks.as_slice() {
             [first, second, ..] => width * (second.fraction - first.fraction),
             _ => width,
@@ -118,14 +118,14 @@ fn x_axis(figure: &Figure, font: &Font, width: f64) -> Axis {
 mod tests {
     use super::*;
     use crate::layout::style::BAND;
-    use crate::scene::{Direction, Mark, Rectangle};
-    use crate::text::Text;
-    use crate::{Band, Envelope, Panel, Series, Style};
+    use crate::scene::{Rectangle, SceneMark, TextDirection};
+    use crate::text::MathText;
+    use crate::{Envelope, Panel, PlotSeries, SeriesStyle, ShadedBand};
 
-    fn series(name: &str, style: Style, y: impl Fn(f64) -> f64) -> Series {
+    fn series(name: &str, style: SeriesStyle, y: impl Fn(f64) -> f64) -> PlotSeries {
         let x: Vec<f64> = (0..=400).map(f64::from).collect();
         let y = x.iter().map(|&x| y(x)).collect();
-        Series::new(Text::name(name), style, x, y)
+        PlotSeries::new(MathText::name(name), style, x, y)
     }
 
     /// Panels with ever longer names, larger numbers and more series.
@@ -135,14 +135,14 @@ mod tests {
             let repeated = |text: &str| text.repeat(i.unsigned_abs() as usize);
             let names = (0..=i).map(|k| format!("a_rather_long_name_{k}"));
             Panel {
-                title: Text::plain(repeated("pressure behind the valve ").trim()),
-                y_label: Text::name(&repeated("pump.")).with_unit("kg^2*m^(3/2)/(Pa^2*s^3)"),
+                title: MathText::plain(repeated("pressure behind the valve ").trim()),
+                y_label: MathText::name(&repeated("pump.")).with_unit("kg^2*m^(3/2)/(Pa^2*s^3)"),
                 series: names
-                    .map(|name| series(&name, Style::Line, |x| size * (x / 30.0).sin()))
+                    .map(|name| series(&name, SeriesStyle::Line, |x| size * (x / 30.0).sin()))
                     .collect(),
-                bands: vec![Band { from: 100.0, to: f64::INFINITY }],
+                bands: vec![ShadedBand { from: 100.0, to: f64::INFINITY }],
                 envelopes: vec![Envelope {
-                    name: Text::plain("a band around the first of them"),
+                    name: MathText::plain("a band around the first of them"),
                     around: Some(0),
                     x: vec![0.0, 200.0],
                     low: vec![-size; 2],
@@ -155,28 +155,28 @@ mod tests {
         let title = "A title of the figure that is longer than one line of the page would be \
                      if the page were not much wider than it is";
         Figure {
-            title: Text::plain(title),
-            ..Figure::new(Text::plain("Time").with_unit("s"), panels)
+            title: MathText::plain(title),
+            ..Figure::new(MathText::plain("Time").with_unit("s"), panels)
         }
     }
 
     /// The box around a text from its highest to its lowest sign.
-    fn box_of(mark: &Mark, font: &Font) -> Option<Rectangle> {
-        let Mark::Text { text, at, anchor, direction, size, .. } = mark else {
+    fn box_of(mark: &SceneMark, font: &Font) -> Option<Rectangle> {
+        let SceneMark::Text { text, at, anchor, direction, size, .. } = mark else {
             return None;
         };
         let width = font.width(text, *size);
         let before = match anchor {
-            Anchor::Start => 0.0,
-            Anchor::Middle => 0.5 * width,
-            Anchor::End => width,
+            TextAnchor::Start => 0.0,
+            TextAnchor::Middle => 0.5 * width,
+            TextAnchor::End => width,
         };
         let (above, height) = (0.75 * size, 0.95 * size);
         Some(match direction {
-            Direction::Rightwards => {
+            TextDirection::Rightwards => {
                 Rectangle { left: at.0 - before, top: at.1 - above, width, height }
             }
-            Direction::Upwards => Rectangle {
+            TextDirection::Upwards => Rectangle {
                 left: at.0 - above,
                 top: at.1 + before - width,
                 width: height,
@@ -216,7 +216,9 @@ mod tests {
     fn panels_of_a_column_share_their_edges() {
         let scene = scene(&Figure { columns: 2, ..figure(6) });
         let edges = scene.marks.iter().filter_map(|mark| match mark {
-            Mark::Area { rectangle, colour: BAND } => Some((rectangle.left, rectangle.right())),
+            SceneMark::Area { rectangle, colour: BAND } => {
+                Some((rectangle.left, rectangle.right()))
+            }
             _ => None,
         });
         let edges: Vec<_> = edges.collect();
@@ -227,7 +229,7 @@ mod tests {
     #[test]
     fn a_legend_for_all_panels_stands_once_and_only_where_it_is_true() {
         let panel = |names: &[&str]| Panel {
-            series: names.iter().map(|name| series(name, Style::Line, f64::sqrt)).collect(),
+            series: names.iter().map(|name| series(name, SeriesStyle::Line, f64::sqrt)).collect(),
             ..Panel::default()
         };
         let (both, x, z) = (panel(&["x", "y"]), panel(&["x"]), panel(&["z"]));
@@ -247,17 +249,18 @@ mod tests {
             ..Envelope::default()
         };
         let panel = Panel {
-            series: vec![series("x", Style::Line, |x| x / 100.0)],
+            series: vec![series("x", SeriesStyle::Line, |x| x / 100.0)],
             envelopes: vec![envelope],
             ..Panel::default()
         };
         let pen = crate::palette::pens(&panel)[0];
-        let scene = scene(&Figure::new(Text::default(), vec![panel]));
+        let scene = scene(&Figure::new(MathText::default(), vec![panel]));
         let marks = || scene.marks.iter();
-        let surface = marks().position(|mark| matches!(mark, Mark::Surface { .. }));
-        let line = marks().position(|mark| matches!(mark, Mark::Lines { pen: p, .. } if *p == pen));
+        let surface = marks().position(|mark| matches!(mark, SceneMark::Surface { .. }));
+        let line =
+            marks().position(|mark| matches!(mark, SceneMark::Lines { pen: p, .. } if *p == pen));
         assert!(surface.is_some() && surface < line, "{surface:?} {line:?}");
-        let Some(Mark::Surface { outlines, .. }) = surface.map(|at| &scene.marks[at]) else {
+        let Some(SceneMark::Surface { outlines, .. }) = surface.map(|at| &scene.marks[at]) else {
             unreachable!("it is at its position");
         };
         let heights = outlines[0].iter().map(|point| point.1);
@@ -269,7 +272,7 @@ mod tests {
             (tall
                 - axes_height(
                     800.0,
-                    &Grid::new(&Figure::new(Text::default(), vec![Panel::default()]))
+                    &PanelGrid::new(&Figure::new(MathText::default(), vec![Panel::default()]))
                 ) / 1.1)
                 .abs()
                 < 1e-9,
@@ -279,20 +282,20 @@ mod tests {
 
     #[test]
     fn odd_figures_are_drawn_too() {
-        let lonely = Series { x: vec![1.0], ..series("x", Style::Line, |_| 2.0) };
-        let undefined = series("x", Style::Dots, |_| f64::NAN);
-        let bands = vec![Band { from: f64::NAN, to: f64::NAN }];
+        let lonely = PlotSeries { x: vec![1.0], ..series("x", SeriesStyle::Line, |_| 2.0) };
+        let undefined = series("x", SeriesStyle::Dots, |_| f64::NAN);
+        let bands = vec![ShadedBand { from: f64::NAN, to: f64::NAN }];
         let both = vec![lonely.clone(), undefined.clone()];
         for series in [vec![], vec![lonely], vec![undefined], both] {
             let (x, low, high) = (vec![f64::NAN, 1.0], vec![f64::INFINITY; 3], vec![0.0]);
             let envelopes = vec![Envelope { x, low, high, ..Envelope::default() }];
             let panel = Panel { series, bands: bands.clone(), envelopes, ..Panel::default() };
             for width in [f64::NAN, -1.0, 0.0, 300.0, f64::INFINITY] {
-                let figure = Figure::new(Text::default(), vec![panel.clone(); 3]);
+                let figure = Figure::new(MathText::default(), vec![panel.clone(); 3]);
                 let scene = scene(&Figure { width, columns: 0, ..figure });
                 assert!(scene.width >= NARROWEST_COLUMN && scene.height > 100.0);
             }
         }
-        assert!(scene(&Figure::new(Text::default(), Vec::new())).height > 0.0);
+        assert!(scene(&Figure::new(MathText::default(), Vec::new())).height > 0.0);
     }
 }

@@ -7,33 +7,33 @@ use super::style::{
     MUTED, POINT_BUDGET, TEXT_GAP, TICK_GAP, TICK_LENGTH, TICK_SIZE, TITLE_SIZE, Y_ROOM,
     Y_TICK_DISTANCE, range, text,
 };
-use crate::figure::{Envelope, Panel, Series, Style};
+use crate::figure::{Envelope, Panel, PlotSeries, SeriesStyle};
 use crate::font::Font;
-use crate::legend::{self, Entry};
-use crate::scene::{Anchor, Direction, Mark, Pen, Point, Rectangle};
-use crate::text::Text;
-use crate::ticks::Axis;
+use crate::legend::{self, LegendEntry};
+use crate::scene::{Pen, Rectangle, SceneMark, ScenePoint, TextAnchor, TextDirection};
+use crate::text::MathText;
+use crate::ticks::PlotAxis;
 use crate::wrap::wrap;
 use crate::{curve, envelope, palette};
 
 /// A panel during layout; curves are relative to the upper left corner of the axes.
 pub(super) struct PlacedPanel<'a> {
     pub(super) panel: &'a Panel,
-    pub(super) y: Axis,
-    pub(super) label: Vec<Text>,
+    pub(super) y: PlotAxis,
+    pub(super) label: Vec<MathText>,
     pub(super) map: Option<PlacedMap<'a>>,
-    surfaces: Vec<Mark>,
-    curves: Vec<Mark>,
-    labels: Vec<Mark>,
-    pub(super) header: Header,
-    inset: Option<legend::Inset>,
+    surfaces: Vec<SceneMark>,
+    curves: Vec<SceneMark>,
+    labels: Vec<SceneMark>,
+    pub(super) header: PanelHeader,
+    inset: Option<legend::LegendInset>,
 }
 
 /// The lines above the axes, from top to bottom.
 #[derive(Default)]
-pub(super) struct Header {
-    title: Vec<Text>,
-    legend: Option<legend::Rows>,
+pub(super) struct PanelHeader {
+    title: Vec<MathText>,
+    legend: Option<legend::LegendRows>,
     /// Gap between title and legend.
     between: f64,
     pub(super) height: f64,
@@ -54,7 +54,7 @@ impl<'a> PlacedPanel<'a> {
         let map = panel.map.as_ref().map(|map| PlacedMap::new(map, height));
         let y = match &map {
             Some(map) => map.places(height),
-            None => Axis::new(low, high, Y_ROOM, (height / Y_TICK_DISTANCE) as u32),
+            None => PlotAxis::new(low, high, Y_ROOM, (height / Y_TICK_DISTANCE) as u32),
         };
         PlacedPanel {
             panel,
@@ -64,12 +64,12 @@ impl<'a> PlacedPanel<'a> {
             surfaces: Vec::new(),
             curves: Vec::new(),
             labels: Vec::new(),
-            header: Header::default(),
+            header: PanelHeader::default(),
             inset: None,
         }
     }
 
-    pub(super) fn draw_curves(&mut self, font: &Font, x: &Axis, size: Point) {
+    pub(super) fn draw_curves(&mut self, font: &Font, x: &PlotAxis, size: ScenePoint) {
         // An envelope takes as many points as a line.
         let drawn = self.panel.series.len() + self.panel.envelopes.len();
         let budget = POINT_BUDGET / drawn as f64;
@@ -77,37 +77,38 @@ impl<'a> PlacedPanel<'a> {
         let place = |at: f64, value: f64| {
             (x.fraction(at) * size.0, (1.0 - self.y.fraction(value)) * size.1)
         };
-        let curve = |pen: Pen, series: &Series| {
+        let curve = |pen: Pen, series: &PlotSeries| {
             let points = series.x.iter().zip(&series.y).map(|(&at, &value)| place(at, value));
             let lines = match series.style {
-                Style::Dots => {
+                SeriesStyle::Dots => {
                     let centres = curve::dots(points, budget as usize);
                     return vec![dots(centres, pen)];
                 }
-                Style::Marks => return marked(curve::dots(points, budget as usize), pen),
-                Style::Line | Style::ThinLine => curve::lines(points, columns),
+                SeriesStyle::Marks => return marked(curve::dots(points, budget as usize), pen),
+                SeriesStyle::Line | SeriesStyle::ThinLine => curve::lines(points, columns),
             };
             // A point between two gaps is not on any line, and is drawn as a dot.
             let (alone, lines): (Vec<_>, Vec<_>) =
                 lines.into_iter().partition(|line| line.len() == 1);
-            vec![Mark::Lines { lines, pen }, dots(alone.into_iter().flatten().collect(), pen)]
+            vec![SceneMark::Lines { lines, pen }, dots(alone.into_iter().flatten().collect(), pen)]
         };
         let surface = |shaded: &Envelope| {
             let edges = shaded.low.iter().zip(&shaded.high);
             let slices = shaded.x.iter().zip(edges).map(|(&at, (&low, &high))| {
                 // Pixels count downwards.
                 let ((x, top), (_, bottom)) = (place(at, high), place(at, low));
-                envelope::Slice { x, low: top, high: bottom }
+                envelope::EnvelopeSlice { x, low: top, high: bottom }
             });
             let outlines = envelope::outlines(slices, columns);
-            Mark::Surface { outlines, colour: palette::surface(self.panel, shaded.around) }
+            SceneMark::Surface { outlines, colour: palette::surface(self.panel, shaded.around) }
         };
-        let surfaces: Vec<Mark> = self.panel.envelopes.iter().map(surface).collect();
+        let surfaces: Vec<SceneMark> = self.panel.envelopes.iter().map(surface).collect();
         // Measured below simulated, so that both stay visible.
-        let is_below = |series: &Series| matches!(series.style, Style::Dots | Style::ThinLine);
+        let is_below =
+            |series: &PlotSeries| matches!(series.style, SeriesStyle::Dots | SeriesStyle::ThinLine);
         let pens = palette::pens(self.panel);
         let penned = || pens.iter().copied().zip(&self.panel.series);
-        let is_above = |series: &Series| series.style == Style::Marks;
+        let is_above = |series: &PlotSeries| series.style == SeriesStyle::Marks;
         let below = penned().filter(|(_, series)| is_below(series));
         let between = penned().filter(|(_, series)| !is_below(series) && !is_above(series));
         let above = penned().filter(|(_, series)| is_above(series));
@@ -121,18 +122,18 @@ impl<'a> PlacedPanel<'a> {
         self.surfaces = cells.into_iter().flatten().chain(surfaces).collect();
     }
 
-    pub(super) fn place_header(&mut self, font: &Font, size: Point, has_legend: bool) {
-        let entries: Vec<Entry> = if has_legend && legend::has_several(self.panel) {
+    pub(super) fn place_header(&mut self, font: &Font, size: ScenePoint, has_legend: bool) {
+        let entries: Vec<LegendEntry> = if has_legend && legend::has_several(self.panel) {
             legend::entries(self.panel)
         } else {
             Vec::new()
         };
         if !entries.is_empty() {
             let drawn = || self.surfaces.iter().chain(&self.curves).chain(&self.labels);
-            self.inset = legend::Inset::find(&entries, font, size, drawn);
+            self.inset = legend::LegendInset::find(&entries, font, size, drawn);
         }
         let above = !entries.is_empty() && self.inset.is_none();
-        let rows = above.then(|| legend::Rows::new(&entries, font, size.0));
+        let rows = above.then(|| legend::LegendRows::new(&entries, font, size.0));
         let title = wrap(&self.panel.title, font, TITLE_SIZE, size.0);
 
         // The power of ten is at the upper left of the axes, on the lowest line if there is room.
@@ -148,20 +149,20 @@ impl<'a> PlacedPanel<'a> {
         let between = if rows.is_some() && !title.is_empty() { HEADER_GAP } else { 0.0 };
         let lines = title.len() as f64 * LINE_HEIGHT * TITLE_SIZE
             + between
-            + rows.as_ref().map_or(0.0, legend::Rows::height);
+            + rows.as_ref().map_or(0.0, legend::LegendRows::height);
         let height = lines + lift + HEADER_GAP;
-        self.header = Header { height, title, legend: rows, between, lift };
+        self.header = PanelHeader { height, title, legend: rows, between, lift };
     }
 
     /// Draws the panel with the upper left corner of its axes at `origin`.
     pub(super) fn draw(
         &self,
         font: &Font,
-        origin: Point,
-        size: Point,
+        origin: ScenePoint,
+        size: ScenePoint,
         tick_width: f64,
-        x: &Axis,
-        marks: &mut Vec<Mark>,
+        x: &PlotAxis,
+        marks: &mut Vec<SceneMark>,
     ) {
         let (left, top) = origin;
         let (right, bottom) = (left + size.0, top + size.1);
@@ -176,7 +177,10 @@ impl<'a> PlacedPanel<'a> {
         if !self.y.ticks.is_empty() && self.map.is_none() {
             let verticals = x_ticks.clone().map(|x| vec![(x, top), (x, bottom)]);
             let horizontals = y_ticks.clone().map(|y| vec![(left, y), (right, y)]);
-            marks.push(Mark::Lines { lines: verticals.chain(horizontals).collect(), pen: GRID });
+            marks.push(SceneMark::Lines {
+                lines: verticals.chain(horizontals).collect(),
+                pen: GRID,
+            });
         }
 
         marks.extend(self.curves.iter().map(|curve| curve.shifted(origin)));
@@ -185,21 +189,21 @@ impl<'a> PlacedPanel<'a> {
         let below = x_ticks.map(|x| vec![(x, bottom), (x, bottom + TICK_LENGTH)]);
         let beside = y_ticks.map(|y| vec![(left - TICK_LENGTH, y), (left, y)]);
         let lines = below.chain(beside).chain([frame.to_vec()]).collect();
-        marks.push(Mark::Lines { lines, pen: AXIS });
+        marks.push(SceneMark::Lines { lines, pen: AXIS });
 
         for tick in &self.y.ticks {
             let base = y_place(tick.fraction) + HALF_DIGIT * TICK_SIZE;
             let position = (left - TICK_LENGTH - TICK_GAP, base);
-            marks.push(text(tick.label.clone(), position, Anchor::End, TICK_SIZE));
+            marks.push(text(tick.label.clone(), position, TextAnchor::End, TICK_SIZE));
         }
         let label_right = left - TICK_LENGTH - TICK_GAP - tick_width - LABEL_GAP;
         for (i, line) in self.label.iter().rev().enumerate() {
             let base = label_right - (i as f64 * LINE_HEIGHT + DESCENT) * LABEL_SIZE;
-            marks.push(Mark::Text {
+            marks.push(SceneMark::Text {
                 text: line.clone(),
                 at: (base, top + 0.5 * size.1),
-                anchor: Anchor::Middle,
-                direction: Direction::Upwards,
+                anchor: TextAnchor::Middle,
+                direction: TextDirection::Upwards,
                 size: LABEL_SIZE,
                 colour: INK,
             });
@@ -210,11 +214,11 @@ impl<'a> PlacedPanel<'a> {
             map.draw_scale(origin, size, marks);
         }
         if self.y.ticks.is_empty() {
-            marks.push(Mark::Text {
-                text: Text::plain("no finite values"),
+            marks.push(SceneMark::Text {
+                text: MathText::plain("no finite values"),
                 at: (left + 0.5 * size.0, top + 0.5 * size.1),
-                anchor: Anchor::Middle,
-                direction: Direction::Rightwards,
+                anchor: TextAnchor::Middle,
+                direction: TextDirection::Rightwards,
                 size: LABEL_SIZE,
                 colour: MUTED,
             });
@@ -224,20 +228,32 @@ impl<'a> PlacedPanel<'a> {
         }
     }
 
-    fn draw_bands(&self, origin: Point, size: Point, x: &Axis, marks: &mut Vec<Mark>) {
+    fn draw_bands(
+        &self,
+        origin: ScenePoint,
+        size: ScenePoint,
+        x: &PlotAxis,
+        marks: &mut Vec<SceneMark>,
+    ) {
         for band in &self.panel.bands {
             let edge = |at: f64| origin.0 + x.fraction(at).clamp(0.0, 1.0) * size.0;
             let (from, to) = (edge(band.from.min(band.to)), edge(band.from.max(band.to)));
             if to > from {
                 let rectangle =
                     Rectangle { left: from, top: origin.1, width: to - from, height: size.1 };
-                marks.push(Mark::Area { rectangle, colour: BAND });
+                marks.push(SceneMark::Area { rectangle, colour: BAND });
             }
         }
     }
 
-    fn draw_header(&self, font: &Font, origin: Point, size: Point, marks: &mut Vec<Mark>) {
-        let Header { title, legend, between, height: _, lift } = &self.header;
+    fn draw_header(
+        &self,
+        font: &Font,
+        origin: ScenePoint,
+        size: ScenePoint,
+        marks: &mut Vec<SceneMark>,
+    ) {
+        let PanelHeader { title, legend, between, height: _, lift } = &self.header;
         let middle = origin.0 + 0.5 * size.0;
         let mut base = origin.1 - HEADER_GAP - lift;
         if let Some(rows) = legend {
@@ -246,24 +262,27 @@ impl<'a> PlacedPanel<'a> {
         }
         base -= between;
         for line in title.iter().rev() {
-            marks.push(text(line.clone(), (middle, base), Anchor::Middle, TITLE_SIZE));
+            marks.push(text(line.clone(), (middle, base), TextAnchor::Middle, TITLE_SIZE));
             base -= LINE_HEIGHT * TITLE_SIZE;
         }
         if !self.y.common.is_empty() {
             let position = (origin.0, origin.1 - HEADER_GAP);
-            marks.push(text(self.y.common.clone(), position, Anchor::Start, TICK_SIZE));
+            marks.push(text(self.y.common.clone(), position, TextAnchor::Start, TICK_SIZE));
         }
     }
 }
 
-fn dots(centres: Vec<Point>, pen: Pen) -> Mark {
-    Mark::Dots { centres, diameter: palette::DOT_DIAMETER, colour: pen.colour }
+fn dots(centres: Vec<ScenePoint>, pen: Pen) -> SceneMark {
+    SceneMark::Dots { centres, diameter: palette::DOT_DIAMETER, colour: pen.colour }
 }
 
 /// Large points with a white border.
-fn marked(centres: Vec<Point>, pen: Pen) -> Vec<Mark> {
+fn marked(centres: Vec<ScenePoint>, pen: Pen) -> Vec<SceneMark> {
     let paper = legend::PAPER;
-    let halo =
-        Mark::Dots { centres: centres.clone(), diameter: palette::HALO_DIAMETER, colour: paper };
-    vec![halo, Mark::Dots { centres, diameter: palette::MARK_DIAMETER, colour: pen.colour }]
+    let halo = SceneMark::Dots {
+        centres: centres.clone(),
+        diameter: palette::HALO_DIAMETER,
+        colour: paper,
+    };
+    vec![halo, SceneMark::Dots { centres, diameter: palette::MARK_DIAMETER, colour: pen.colour }]
 }

@@ -1,9 +1,9 @@
 //! Sizes, distances and colours of a figure, and the placement of its texts.
 
 use crate::font::Font;
-use crate::scene::{Anchor, Colour, Direction, Mark, Pen, Point};
-use crate::text::Text;
-use crate::ticks::Axis;
+use crate::scene::{Colour, Pen, SceneMark, ScenePoint, TextAnchor, TextDirection};
+use crate::text::MathText;
+use crate::ticks::PlotAxis;
 
 pub(super) const TICK_SIZE: f64 = 12.0;
 pub(super) const LABEL_SIZE: f64 = 13.0;
@@ -50,10 +50,10 @@ pub(super) fn range<'a>(values: impl Iterator<Item = &'a f64>) -> (f64, f64) {
         .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), &v| (low.min(v), high.max(v)))
 }
 
-pub(super) fn label_width(axis: &Axis, font: &Font) -> f64 {
+pub(super) fn label_width(axis: &PlotAxis, font: &Font) -> f64 {
     axis.ticks.iter().map(|tick| font.width(&tick.label, TICK_SIZE)).fold(0.0, f64::max)
 }
 
-pub(super) fn text(text: Text, at: Point, anchor: Anchor, size: f64) -> Mark {
-    Mark::Text { text, at, anchor, direction: Direction::Rightwards, size, colour: INK }
+pub(super) fn text(text: MathText, at: ScenePoint, anchor: TextAnchor, size: f64) -> SceneMark {
+    SceneMark::Text { text, at, anchor, direction: TextDirection::Rightwards, size, colour: INK }
 }

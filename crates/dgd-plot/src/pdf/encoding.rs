@@ -4,7 +4,7 @@
 
 /// The font and code of a character.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) enum Code {
+pub(super) enum CharCode {
     /// Helvetica, whose widths are those of the embedded font.
     Latin(u8),
     /// Symbol, with the width there in thousandths of the size.
@@ -12,15 +12,17 @@ pub(super) enum Code {
 }
 
 /// The code of a character; `None` if neither font has it.
-pub(super) fn code(character: char) -> Option<Code> {
+pub(super) fn code(character: char) -> Option<CharCode> {
     match character {
-        ' '..='~' | '\u{a0}'..='\u{ff}' => u8::try_from(u32::from(character)).ok().map(Code::Latin),
+        ' '..='~' | '\u{a0}'..='\u{ff}' => {
+            u8::try_from(u32::from(character)).ok().map(CharCode::Latin)
+        }
         _ => {
             let latin = LATIN.iter().find(|(known, _)| *known == character);
             let symbol = || SYMBOL.iter().find(|(known, ..)| *known == character);
             latin
-                .map(|(_, code)| Code::Latin(*code))
-                .or_else(|| symbol().map(|(_, code, width)| Code::Symbol(*code, *width)))
+                .map(|(_, code)| CharCode::Latin(*code))
+                .or_else(|| symbol().map(|(_, code, width)| CharCode::Symbol(*code, *width)))
         }
     }
 }

@@ -14,7 +14,7 @@ use flate2::Compression;
 use flate2::write::ZlibEncoder;
 
 use crate::font::Font;
-use crate::scene::{Colour, Mark, Pen, Point, Rectangle, Scene};
+use crate::scene::{Colour, Pen, Rectangle, Scene, SceneMark, ScenePoint};
 
 /// Points of the page per pixel of the scene: 96 pixels are an inch.
 const POINTS: f64 = 0.75;
@@ -86,8 +86,8 @@ fn write_content(out: &mut String, scene: &Scene) -> fmt::Result {
     let font = Font::embedded();
     for mark in &scene.marks {
         match mark {
-            Mark::Area { rectangle, colour } => write_area(out, *rectangle, *colour)?,
-            Mark::Surface { outlines, colour } => {
+            SceneMark::Area { rectangle, colour } => write_area(out, *rectangle, *colour)?,
+            SceneMark::Surface { outlines, colour } => {
                 if outlines.is_empty() {
                     continue;
                 }
@@ -96,13 +96,14 @@ fn write_content(out: &mut String, scene: &Scene) -> fmt::Result {
                 // Filling closes each outline.
                 writeln!(out, "f")?;
             }
-            Mark::Lines { lines, pen } => write_lines(out, lines, *pen)?,
-            Mark::Dots { centres, diameter, colour } => {
+            SceneMark::Lines { lines, pen } => write_lines(out, lines, *pen)?,
+            SceneMark::Dots { centres, diameter, colour } => {
                 write_dots(out, centres, *diameter, *colour)?;
             }
-            Mark::Text { text, at, anchor, direction, size, colour } => {
+            SceneMark::Text { text, at, anchor, direction, size, colour } => {
                 writeln!(out, "{} rg", shares(*colour))?;
-                let placed = text::Placed { at: *at, anchor: *anchor, direction: *direction };
+                let placed =
+                    text::TextPlacement { at: *at, anchor: *anchor, direction: *direction };
                 text::write(out, text, *size, &placed, &font)?;
             }
         }
@@ -116,7 +117,7 @@ fn write_area(out: &mut String, rectangle: Rectangle, colour: Colour) -> fmt::Re
     writeln!(out, "{} rg {place} re f", shares(colour))
 }
 
-fn write_lines(out: &mut String, lines: &[Vec<Point>], pen: Pen) -> fmt::Result {
+fn write_lines(out: &mut String, lines: &[Vec<ScenePoint>], pen: Pen) -> fmt::Result {
     if lines.is_empty() {
         return Ok(());
     }
@@ -127,7 +128,7 @@ fn write_lines(out: &mut String, lines: &[Vec<Point>], pen: Pen) -> fmt::Result 
     writeln!(out, "S")
 }
 
-fn write_line(out: &mut String, line: &[Point]) -> fmt::Result {
+fn write_line(out: &mut String, line: &[ScenePoint]) -> fmt::Result {
     for (i, point) in line.iter().enumerate() {
         let operator = if i == 0 { 'm' } else { 'l' };
         writeln!(out, "{} {operator}", pair(*point))?;
@@ -136,7 +137,12 @@ fn write_line(out: &mut String, line: &[Point]) -> fmt::Result {
 }
 
 /// A line of zero length with round ends is a dot.
-fn write_dots(out: &mut String, centres: &[Point], diameter: f64, colour: Colour) -> fmt::Result {
+fn write_dots(
+    out: &mut String,
+    centres: &[ScenePoint],
+    diameter: f64,
+    colour: Colour,
+) -> fmt::Result {
     if centres.is_empty() {
         return Ok(());
     }
@@ -153,7 +159,7 @@ fn shares(Colour(red, green, blue): Colour) -> String {
     [red, green, blue].map(|part| thousandths(f64::from(part) / 255.0)).join(" ")
 }
 
-fn pair(point: Point) -> String {
+fn pair(point: ScenePoint) -> String {
     format!("{} {}", number(point.0), number(point.1))
 }
 

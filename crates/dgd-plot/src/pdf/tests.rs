@@ -5,27 +5,27 @@ use std::io::Read as _;
 use flate2::read::ZlibDecoder;
 
 use super::*;
-use crate::scene::{Anchor, Direction};
-use crate::text::Text;
+use crate::scene::{TextAnchor, TextDirection};
+use crate::text::MathText;
 
 fn scene() -> Scene {
     let pen = Pen { colour: Colour(255, 0, 51), width: 1.6, dashes: &[6.0, 3.0] };
-    let text = |text: Text, direction| Mark::Text {
+    let text = |text: MathText, direction| SceneMark::Text {
         text,
         at: (40.0, 50.0),
-        anchor: Anchor::Start,
+        anchor: TextAnchor::Start,
         direction,
         size: 10.0,
         colour: Colour(0, 0, 0),
     };
-    let units = Text::name("tau_b").then(Text::plain(" (°C) −½ \\ ё"));
+    let units = MathText::name("tau_b").then(MathText::plain(" (°C) −½ \\ ё"));
     let rectangle = Rectangle { left: 1.0, top: 2.0, width: 30.25, height: 4.0 };
     let marks = vec![
-        Mark::Area { rectangle, colour: Colour(255, 255, 255) },
-        Mark::Lines { lines: vec![vec![(0.0, 0.0), (10.004, 20.5)]], pen },
-        Mark::Dots { centres: vec![(5.0, 6.0)], diameter: 3.0, colour: Colour(0, 0, 0) },
-        text(units, Direction::Rightwards),
-        text(Text::plain("up"), Direction::Upwards),
+        SceneMark::Area { rectangle, colour: Colour(255, 255, 255) },
+        SceneMark::Lines { lines: vec![vec![(0.0, 0.0), (10.004, 20.5)]], pen },
+        SceneMark::Dots { centres: vec![(5.0, 6.0)], diameter: 3.0, colour: Colour(0, 0, 0) },
+        text(units, TextDirection::Rightwards),
+        text(MathText::plain("up"), TextDirection::Upwards),
     ];
     Scene { width: 400.0, height: 200.0, marks }
 }

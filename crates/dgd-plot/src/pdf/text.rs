@@ -4,60 +4,60 @@ use std::fmt::{self, Write};
 
 use ttf_parser::OutlineBuilder;
 
-use super::encoding::{Code, code};
+use super::encoding::{CharCode, code};
 use super::{number, pair};
 use crate::font::Font;
-use crate::scene::{Anchor, Direction, Point};
-use crate::text::Text;
+use crate::scene::{ScenePoint, TextAnchor, TextDirection};
+use crate::text::MathText;
 
 /// Resource names of Helvetica and Symbol in the page.
 pub(super) const LATIN: &str = "H";
 pub(super) const SYMBOL: &str = "S";
 
 /// Position and direction of a line of text.
-pub(super) struct Placed {
-    pub(super) at: Point,
-    pub(super) anchor: Anchor,
-    pub(super) direction: Direction,
+pub(super) struct TextPlacement {
+    pub(super) at: ScenePoint,
+    pub(super) anchor: TextAnchor,
+    pub(super) direction: TextDirection,
 }
 
-impl Placed {
+impl TextPlacement {
     /// The point of the scene at a distance along the line and below it.
-    fn point(&self, along: f64, below: f64) -> Point {
+    fn point(&self, along: f64, below: f64) -> ScenePoint {
         match self.direction {
-            Direction::Rightwards => (self.at.0 + along, self.at.1 + below),
-            Direction::Upwards => (self.at.0 + below, self.at.1 - along),
+            TextDirection::Rightwards => (self.at.0 + along, self.at.1 + below),
+            TextDirection::Upwards => (self.at.0 + below, self.at.1 - along),
         }
     }
 
     /// Directions of the axes of text: y upwards from the line.
     fn axes(&self) -> &'static str {
         match self.direction {
-            Direction::Rightwards => "1 0 0 -1",
-            Direction::Upwards => "0 -1 -1 0",
+            TextDirection::Rightwards => "1 0 0 -1",
+            TextDirection::Upwards => "0 -1 -1 0",
         }
     }
 
     /// Directions of the axes of outlines: y downwards from the line.
     fn outline_axes(&self) -> &'static str {
         match self.direction {
-            Direction::Rightwards => "1 0 0 1",
-            Direction::Upwards => "0 -1 1 0",
+            TextDirection::Rightwards => "1 0 0 1",
+            TextDirection::Upwards => "0 -1 1 0",
         }
     }
 }
 
 pub(super) fn write(
     out: &mut String,
-    text: &Text,
+    text: &MathText,
     size: f64,
-    placed: &Placed,
+    placed: &TextPlacement,
     font: &Font,
 ) -> fmt::Result {
     let before = match placed.anchor {
-        Anchor::Start => 0.0,
-        Anchor::Middle => 0.5,
-        Anchor::End => 1.0,
+        TextAnchor::Start => 0.0,
+        TextAnchor::Middle => 0.5,
+        TextAnchor::End => 1.0,
     };
     let mut along = -before * font.width(text, size);
     for run in text.runs() {
@@ -66,16 +66,16 @@ pub(super) fn write(
         let mut rest = run.text.as_str();
         while let Some(first) = rest.chars().next() {
             let kind = code(first);
-            let is_latin = |c: char| matches!(code(c), Some(Code::Latin(_)));
+            let is_latin = |c: char| matches!(code(c), Some(CharCode::Latin(_)));
             let length = match kind {
-                Some(Code::Latin(_)) => rest.find(|c| !is_latin(c)).unwrap_or(rest.len()),
+                Some(CharCode::Latin(_)) => rest.find(|c| !is_latin(c)).unwrap_or(rest.len()),
                 _ => first.len_utf8(),
             };
             let (piece, next) = rest.split_at(length);
             let point = placed.point(along, below);
             match kind {
-                Some(Code::Latin(_)) => write_latin(out, piece, em, point, placed)?,
-                Some(Code::Symbol(code, width)) => {
+                Some(CharCode::Latin(_)) => write_latin(out, piece, em, point, placed)?,
+                Some(CharCode::Symbol(code, width)) => {
                     // Stretched to the width in the embedded font, with which everything is placed.
                     let stretch = 100.0 * font.advance(first) / (width / 1000.0);
                     let (axes, point) = (placed.axes(), pair(point));
@@ -85,8 +85,8 @@ pub(super) fn write(
                 None => {
                     let (axes, point) = (placed.outline_axes(), pair(point));
                     write!(out, "q {axes} {point} cm ")?;
-                    let mut outline = Outline { out: &mut *out, last: (0.0, 0.0) };
-                    font.draw(&Text::plain(piece), em, &mut outline);
+                    let mut outline = PdfOutline { out: &mut *out, last: (0.0, 0.0) };
+                    font.draw(&MathText::plain(piece), em, &mut outline);
                     writeln!(out, "f Q")?;
                 }
             }
@@ -97,29 +97,35 @@ pub(super) fn write(
     Ok(())
 }
 
-fn write_latin(out: &mut String, piece: &str, em: f64, at: Point, placed: &Placed) -> fmt::Result {
+fn write_latin(
+    out: &mut String,
+    piece: &str,
+    em: f64,
+    at: ScenePoint,
+    placed: &TextPlacement,
+) -> fmt::Result {
     let (axes, at) = (placed.axes(), pair(at));
     write!(out, "BT /{LATIN} {} Tf {axes} {at} Tm (", number(em))?;
     for character in piece.chars() {
         match code(character) {
-            Some(Code::Latin(byte @ (b'(' | b')' | b'\\'))) => {
+            Some(CharCode::Latin(byte @ (b'(' | b')' | b'\\'))) => {
                 write!(out, "\\{}", char::from(byte))?;
             }
-            Some(Code::Latin(byte @ 0x20..=0x7e)) => out.push(char::from(byte)),
-            Some(Code::Latin(byte)) => write!(out, "\\{byte:03o}")?,
-            Some(Code::Symbol(..)) | None => {}
+            Some(CharCode::Latin(byte @ 0x20..=0x7e)) => out.push(char::from(byte)),
+            Some(CharCode::Latin(byte)) => write!(out, "\\{byte:03o}")?,
+            Some(CharCode::Symbol(..)) | None => {}
         }
     }
     writeln!(out, ") Tj ET")
 }
 
 /// Copies the outlines of glyphs into a path.
-struct Outline<'a> {
+struct PdfOutline<'a> {
     out: &'a mut String,
     last: (f64, f64),
 }
 
-impl Outline<'_> {
+impl PdfOutline<'_> {
     /// Writes points and their operator; the pen is then at the last point.
     fn push(&mut self, points: &[(f64, f64)], operator: &str) {
         for point in points {
@@ -136,7 +142,7 @@ fn wide(x: f32, y: f32) -> (f64, f64) {
     (f64::from(x), f64::from(y))
 }
 
-impl OutlineBuilder for Outline<'_> {
+impl OutlineBuilder for PdfOutline<'_> {
     fn move_to(&mut self, x: f32, y: f32) {
         self.push(&[wide(x, y)], "m");
     }

@@ -18,7 +18,7 @@
 
 /// The correlated part of a sensor's noise.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Colour {
+pub struct NoiseColour {
     /// Its standard deviation, in the unit of the samples.
     pub std: f64,
     /// The time after which its autocorrelation is 1/e, s.
@@ -36,7 +36,7 @@ pub struct SensorNoise {
     /// The step to multiples of which the sensor rounds, if it does.
     pub quantisation: Option<f64>,
     /// Its correlated part, if it has one.
-    pub colour: Option<Colour>,
+    pub colour: Option<NoiseColour>,
 }
 
 impl SensorNoise {

@@ -56,7 +56,7 @@ pub fn portmanteau(runs: &[&[f64]], lags: usize) -> Option<Portmanteau> {
 
 /// An autocorrelation, and the statistic of all up to it.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Lag {
+pub struct LagStatistic {
     /// ρ_l.
     pub rho: f64,
     /// Q of the lags up to this one.
@@ -66,7 +66,7 @@ pub struct Lag {
 }
 
 /// The lags 1 … `lags` of residuals that are not all zero.
-pub fn ljung_box(runs: &[&[f64]], lags: usize) -> Vec<Lag> {
+pub fn ljung_box(runs: &[&[f64]], lags: usize) -> Vec<LagStatistic> {
     let (squares, n) = lagged(runs, 0);
     let n = n as f64;
     let (mut sum, mut tested) = (0.0, 0);
@@ -77,7 +77,7 @@ pub fn ljung_box(runs: &[&[f64]], lags: usize) -> Vec<Lag> {
             tested += 1;
             sum += rho * rho / pairs as f64;
         }
-        Lag { rho, statistic: n * (n + 2.0) * sum, tested }
+        LagStatistic { rho, statistic: n * (n + 2.0) * sum, tested }
     };
     (1..=lags).map(lag).collect()
 }

@@ -5,8 +5,8 @@
 
 use dgd_screen::noise::white_noise;
 use dgd_screen::{
-    Channel, Estimate, Fault, Finding, Record, Request, Screening, Weight, frozen, saturated,
-    screen, shift, spikes,
+    Channel, ChannelFault, Estimate, Finding, ScreenOptions, ScreenedRecord, Screening, Severity,
+    frozen, saturated, screen, shift, spikes,
 };
 
 use crate::support::{Normal, seconds};
@@ -32,11 +32,11 @@ fn screened(columns: &[(&str, &[f64])]) -> Screening {
     let times = seconds(N);
     let channels =
         columns.iter().map(|(name, values)| Channel { name, unit: "bar", values }).collect();
-    screen(&Record { times: &times, channels }, &Request::default())
+    screen(&ScreenedRecord { times: &times, channels }, &ScreenOptions::default())
 }
 
-fn faults(screening: &Screening) -> Vec<&Fault> {
-    let is_fault = |finding: &&dgd_screen::Finding| finding.weight == Weight::Fault;
+fn faults(screening: &Screening) -> Vec<&ChannelFault> {
+    let is_fault = |finding: &&dgd_screen::Finding| finding.weight == Severity::Fault;
     screening.findings.iter().filter(is_fault).map(|finding| &finding.fault).collect()
 }
 
@@ -54,7 +54,7 @@ fn nothing_is_claimed_of_sound_records() {
         let (a, b, c) = (one(), one(), one());
         let held: Vec<f64> = (0..N).map(|k| if k / 600 % 2 == 0 { 3.0 } else { 4.5 }).collect();
         let screening = screened(&[("p_A", &a), ("p_B", &b), ("p_C", &c), ("set", &held)]);
-        assert_eq!(faults(&screening), Vec::<&Fault>::new(), "seed {seed}");
+        assert_eq!(faults(&screening), Vec::<&ChannelFault>::new(), "seed {seed}");
         assert!(screening.comparisons.len() == 3, "seed {seed}");
     }
 }
@@ -73,7 +73,7 @@ fn offsets_are_found_within_their_intervals() {
             all += 1;
             covered += usize::from(covers(&offset, size));
             let claimed = faults(&screening);
-            found += usize::from(claimed.iter().any(|f| matches!(f, Fault::Offset { .. })));
+            found += usize::from(claimed.iter().any(|f| matches!(f, ChannelFault::Offset { .. })));
             assert!(claimed.len() <= 1, "{size}, seed {seed}: {claimed:?}");
         }
         println!("offset of {size} bar with noise of 0.01: found {found} of 100");
@@ -116,7 +116,7 @@ fn the_odd_one_of_three_is_named() {
         let b = sensor(&mut normal, 0.01, |_| 0.1);
         let c = sensor(&mut normal, 0.01, |_| 0.0);
         let screening = screened(&[("p_A", &a), ("p_B", &b), ("p_C", &c)]);
-        let odd = screening.findings.iter().find(|f| matches!(f.fault, Fault::Odd(_)));
+        let odd = screening.findings.iter().find(|f| matches!(f.fault, ChannelFault::Odd(_)));
         assert_eq!(odd.map(|odd| odd.channels.clone()), Some(vec![1]), "seed {seed}");
     }
 }
@@ -129,7 +129,8 @@ fn gains_drifts_and_noise_of_a_pair_are_told_apart() {
         let kinds = |b: Vec<f64>| -> Vec<String> {
             let screening = screened(&[("p_A", &a), ("p_B", &b)]);
             let faults = faults(&screening);
-            let name = |f: &&Fault| format!("{f:?}").split(['(', ' ']).next().unwrap_or("").into();
+            let name =
+                |f: &&ChannelFault| format!("{f:?}").split(['(', ' ']).next().unwrap_or("").into();
             faults.iter().map(name).collect()
         };
         let gain = sensor(&mut normal, 0.01, |k| 0.02 * (motion(k) - 20.5));
@@ -142,7 +143,7 @@ fn gains_drifts_and_noise_of_a_pair_are_told_apart() {
 }
 
 /// Faults of a pair declared to measure the same, at rest except for what is added.
-fn of_same(seed: u64, added: [&dyn Fn(f64) -> f64; 2]) -> Vec<Fault> {
+fn of_same(seed: u64, added: [&dyn Fn(f64) -> f64; 2]) -> Vec<ChannelFault> {
     let mut normal = Normal::new(seed);
     let read = |added: &dyn Fn(f64) -> f64| -> Vec<f64> {
         (0..N).map(|k| reading(20.0 + added(k as f64) + 0.01 * normal.next())).collect()
@@ -151,8 +152,9 @@ fn of_same(seed: u64, added: [&dyn Fn(f64) -> f64; 2]) -> Vec<Fault> {
     let named = [("pressure", &a), ("backup", &b)];
     let channels = named.map(|(name, values)| Channel { name, unit: "bar", values });
     let times = seconds(N);
-    let request = Request { same: vec![[0, 1]], ..Request::default() };
-    let screening = screen(&Record { times: &times, channels: channels.to_vec() }, &request);
+    let request = ScreenOptions { same: vec![[0, 1]], ..ScreenOptions::default() };
+    let screening =
+        screen(&ScreenedRecord { times: &times, channels: channels.to_vec() }, &request);
     faults(&screening).into_iter().cloned().collect()
 }
 
@@ -162,19 +164,19 @@ fn opposite_directions_are_no_drift_and_drifts_no_opposite_directions() {
         let moved = |k: f64| motion(k as usize) - 20.0;
         for size in [0.3, 1.0] {
             let found = of_same(3500 + seed, [&moved, &|k| -size * moved(k)]);
-            let [Fault::Opposed(correlation)] = found[..] else {
+            let [ChannelFault::Opposed(correlation)] = found[..] else {
                 panic!("{seed} {size} {found:?}")
             };
             assert!(correlation < -0.99, "{seed} {size} {correlation}");
         }
         let late = |k: f64| moved((k - 40.0).max(0.0));
         let found = of_same(3600 + seed, [&moved, &late]);
-        assert!(matches!(found[..], [Fault::Late(_)]), "{seed} {found:?}");
+        assert!(matches!(found[..], [ChannelFault::Lag(_)]), "{seed} {found:?}");
         // One or both of two sensors at rest drift.
         let drift = |k: f64| 1e-4 * (k - 1800.0);
         for other in [&(|_| 0.0) as &dyn Fn(f64) -> f64, &|k| -drift(k)] {
             let found = of_same(3700 + seed, [&drift, other]);
-            assert!(matches!(found[..], [Fault::Drift(_)]), "{seed} {found:?}");
+            assert!(matches!(found[..], [ChannelFault::Drift(_)]), "{seed} {found:?}");
         }
     }
 }
@@ -190,7 +192,7 @@ fn a_gain_is_that_of_the_second_over_the_first() {
             let b = sensor(&mut normal, 0.01, |k| (ratio - 1.0) * (motion(k) - 20.5));
             let screening = screened(&[("p_A", &a), ("p_B", &b)]);
             let gain = screening.findings.iter().find_map(|finding| match finding.fault {
-                Fault::Gain(gain) => Some(gain),
+                ChannelFault::Gain(gain) => Some(gain),
                 _ => None,
             });
             let gain = gain.unwrap_or_else(|| panic!("{ratio}, seed {seed}: no gain"));
@@ -244,12 +246,13 @@ fn a_held_value_is_a_fault_only_where_another_sensor_shows_it() {
     let b = sensor(&mut normal, 0.01, |_| 0.0);
     let held = a[2000];
     a[2000..2300].fill(held);
-    let of = |screening: &Screening| -> Vec<Weight> {
-        let frozen = screening.findings.iter().filter(|f| matches!(f.fault, Fault::Frozen { .. }));
+    let of = |screening: &Screening| -> Vec<Severity> {
+        let frozen =
+            screening.findings.iter().filter(|f| matches!(f.fault, ChannelFault::Frozen { .. }));
         frozen.map(|finding| finding.weight).collect()
     };
-    assert_eq!(of(&screened(&[("p_A", &a), ("p_B", &b)])), [Weight::Fault]);
-    assert_eq!(of(&screened(&[("p_A", &a)])), [Weight::Remark]);
+    assert_eq!(of(&screened(&[("p_A", &a), ("p_B", &b)])), [Severity::Fault]);
+    assert_eq!(of(&screened(&[("p_A", &a)])), [Severity::Remark]);
 }
 
 #[test]
@@ -316,7 +319,8 @@ fn pulses_of_several_channels_are_events() {
     other[1200] += 0.12;
     a[2500] += 0.15;
     let screening = screened(&[("p_A", &a), ("elsewhere", &other)]);
-    let spikes = screening.findings.iter().filter(|f| matches!(f.fault, Fault::Spikes { .. }));
+    let spikes =
+        screening.findings.iter().filter(|f| matches!(f.fault, ChannelFault::Spikes { .. }));
     let at: Vec<f64> = spikes.flat_map(|f| &f.stretches).map(|stretch| stretch.from).collect();
     assert_eq!(at, [2500.0]);
 }
@@ -336,9 +340,12 @@ fn a_spike_is_one_where_no_other_channel_has_values_around_it() {
     let found: Vec<&Finding> = screening
         .findings
         .iter()
-        .filter(|f| matches!(f.fault, Fault::Spikes { .. } | Fault::Pulses { .. }))
+        .filter(|f| matches!(f.fault, ChannelFault::Spikes { .. } | ChannelFault::Pulses { .. }))
         .collect();
-    assert!(matches!(&found[..], [Finding { fault: Fault::Spikes { .. }, .. }]), "{found:?}");
+    assert!(
+        matches!(&found[..], [Finding { fault: ChannelFault::Spikes { .. }, .. }]),
+        "{found:?}"
+    );
 }
 
 #[test]
@@ -348,7 +355,7 @@ fn a_spike_of_a_set_value_is_found_however_large_its_steps_are() {
     assert!(faults(&screened(&[("q_set", &set)])).is_empty());
     set[1000] += 100.0;
     let screening = screened(&[("q_set", &set)]);
-    assert_eq!(faults(&screening), [&Fault::Spikes { count: 1, largest: 100.0 }]);
+    assert_eq!(faults(&screening), [&ChannelFault::Spikes { count: 1, largest: 100.0 }]);
 }
 
 #[test]
@@ -367,7 +374,7 @@ fn clocks_are_compared_to_a_fraction_of_a_sample() {
             covered += usize::from(covers(&shift, late));
             let screening = screened(&[("p_A", &a), ("p_B", &b)]);
             let claimed = faults(&screening);
-            found += usize::from(claimed.iter().any(|f| matches!(f, Fault::Late(_))));
+            found += usize::from(claimed.iter().any(|f| matches!(f, ChannelFault::Lag(_))));
         }
         println!("late by {late} s: found {found} of 50");
         assert!(found >= least && (late != 0.0 || found == 0), "{late}: {found}");

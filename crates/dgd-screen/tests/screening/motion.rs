@@ -1,7 +1,7 @@
 //! Steady periods, transients, operating points and balances of known records.
 
-use dgd_screen::balance::{Balance, Cause, imbalance};
-use dgd_screen::{Channel, Record, Request, Screening, sampling, screen};
+use dgd_screen::balance::{Balance, ImbalanceCause, imbalance};
+use dgd_screen::{Channel, ScreenOptions, ScreenedRecord, Screening, sampling, screen};
 
 use crate::support::{Normal, seconds};
 
@@ -14,7 +14,7 @@ fn flow(k: usize) -> f64 {
 fn screened(values: &[f64]) -> Screening {
     let times = seconds(values.len());
     let channels = vec![Channel { name: "q", unit: "lpm", values }];
-    screen(&Record { times: &times, channels }, &Request::default())
+    screen(&ScreenedRecord { times: &times, channels }, &ScreenOptions::default())
 }
 
 #[test]
@@ -50,7 +50,8 @@ fn rest_and_motion_are_the_same_at_any_rate() {
     let steady = |spacing: f64| -> Vec<[f64; 2]> {
         let times: Vec<f64> = (0..3600).map(|k| f64::from(k) * spacing).collect();
         let channels = vec![Channel { name: "q", unit: "lpm", values: &values }];
-        let screening = screen(&Record { times: &times, channels }, &Request::default());
+        let screening =
+            screen(&ScreenedRecord { times: &times, channels }, &ScreenOptions::default());
         let steady = screening.motion.steady.iter();
         steady.map(|one| [one.stretch.from / spacing, one.stretch.until / spacing]).collect()
     };
@@ -129,13 +130,13 @@ fn a_balance_tells_a_gain_from_a_delay_and_claims_nothing_where_nothing_is_wrong
         let gain = of(&tank(seed, 1.05, 0.0));
         assert!(gain.drift.p_value() < dgd_screen::RARE, "seed {seed}");
         let best = &gain.explanations[0];
-        assert_eq!(best.cause, Cause::Gain(0), "seed {seed}: {:?}", gain.explanations);
+        assert_eq!(best.cause, ImbalanceCause::Gain(0), "seed {seed}: {:?}", gain.explanations);
         let error = best.size.value - (1.0 / 1.05 - 1.0);
         assert!(error.abs() < 4.0 * best.size.std_error.max(2e-4), "{best:?}");
 
         let late = of(&tank(seed, 1.0, 3.0));
         let best = &late.explanations[0];
-        assert_eq!(best.cause, Cause::Late(0), "seed {seed}: {:?}", late.explanations);
+        assert_eq!(best.cause, ImbalanceCause::Lag(0), "seed {seed}: {:?}", late.explanations);
         assert!((best.size.value - 3.0).abs() < 0.3, "{best:?}");
     }
     assert_eq!(false_claims, 0);

@@ -89,6 +89,25 @@ pub enum AutomatonKind {
 }
 
 impl AutomatonKind {
+    /// Its name in the source of a generated model.
+    pub fn ident(self) -> &'static str {
+        match self {
+            Self::Modes => "Modes",
+            Self::When => "When",
+            Self::Every => "Every",
+            Self::Saturation => "Saturation",
+            Self::States => "States",
+            Self::Switch => "Switch",
+            Self::Corner => "Corner",
+            Self::Step => "Step",
+            Self::Knots => "Knots",
+            Self::Limit => "Limit",
+            Self::Piece => "Piece",
+        }
+    }
+}
+
+impl AutomatonKind {
     /// Whether the model's text declares it: a `modes` block, a `when` or an `every`.
     pub fn is_declared(self) -> bool {
         matches!(self, Self::Modes | Self::When | Self::Every)
@@ -184,6 +203,19 @@ pub enum Trigger {
     Clock,
 }
 
+impl Trigger {
+    /// Its name in the source of a generated model.
+    pub fn ident(self) -> &'static str {
+        match self {
+            Self::Edge => "Edge",
+            Self::Level => "Level",
+            Self::Entry => "Entry",
+            Self::Start => "Start",
+            Self::Clock => "Clock",
+        }
+    }
+}
+
 /// A `modes` block of the model, or another source of events.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Automaton {
@@ -224,6 +256,14 @@ pub enum Crossing {
 }
 
 impl Crossing {
+    /// Its name in the source of a generated model.
+    pub fn ident(self) -> &'static str {
+        match self {
+            Self::Rises => "Rises",
+            Self::Falls => "Falls",
+        }
+    }
+
     /// Its notation in models.
     pub fn words(self) -> &'static str {
         match self {

@@ -12,7 +12,7 @@ use axum::http::{HeaderMap, HeaderName, HeaderValue, Method, StatusCode, header}
 use axum::middleware::Next;
 use axum::response::{IntoResponse, Response};
 
-use super::Shared;
+use super::ServerState;
 
 /// The header with the secret.
 const SECRET: HeaderName = HeaderName::from_static("x-dgd-secret");
@@ -25,18 +25,18 @@ const POLICY: &str = "default-src 'none'; script-src 'self'; style-src 'self'; i
                       base-uri 'none'; form-action 'none'; frame-ancestors 'none'";
 
 /// The data against which requests are checked.
-pub(super) struct Guard {
+pub(super) struct RequestGuard {
     secret: String,
     port: u16,
 }
 
-impl Guard {
+impl RequestGuard {
     /// A guard with a new secret.
-    pub(super) fn new(port: u16) -> io::Result<Guard> {
+    pub(super) fn new(port: u16) -> io::Result<RequestGuard> {
         let mut bytes = [0; BYTES];
         getrandom::fill(&mut bytes).map_err(|error| io::Error::other(error.to_string()))?;
         let secret = format!("{:032x}", u128::from_be_bytes(bytes));
-        Ok(Guard { secret, port })
+        Ok(RequestGuard { secret, port })
     }
 
     /// The address of the page, with the secret.
@@ -83,7 +83,7 @@ impl Guard {
 
 /// Refuses requests from elsewhere, and forbids caching and use by other origins.
 pub(super) async fn verify(
-    State(shared): State<Arc<Shared>>,
+    State(shared): State<Arc<ServerState>>,
     request: Request,
     next: Next,
 ) -> Response {
@@ -105,7 +105,7 @@ pub(super) async fn verify(
 
 /// Refuses requests without the secret.
 pub(super) async fn want_secret(
-    State(shared): State<Arc<Shared>>,
+    State(shared): State<Arc<ServerState>>,
     request: Request,
     next: Next,
 ) -> Response {

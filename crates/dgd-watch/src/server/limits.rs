@@ -23,18 +23,18 @@ pub(super) const LISTENING: usize = 16;
 const SILENCE: Duration = Duration::from_secs(10);
 
 /// A listener that accepts at most [`CONNECTIONS`] connections at a time.
-pub(super) struct Limited {
+pub(super) struct LimitedListener {
     listener: TcpListener,
     places: Arc<Semaphore>,
 }
 
-impl Limited {
+impl LimitedListener {
     pub(super) fn new(listener: TcpListener) -> Self {
-        Limited { listener, places: Arc::new(Semaphore::new(CONNECTIONS)) }
+        LimitedListener { listener, places: Arc::new(Semaphore::new(CONNECTIONS)) }
     }
 }
 
-impl Listener for Limited {
+impl Listener for LimitedListener {
     type Io = Connection;
     type Addr = SocketAddr;
 

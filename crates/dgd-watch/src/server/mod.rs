@@ -4,7 +4,7 @@
 //! |---|---|
 //! | `GET /` and the files of [`assets`](crate::assets) | the page, without any of the model's contents |
 //! | `GET /first` | the page's initial data |
-//! | `POST /ask` | an [`Ask`], answered by the [`Bench`] |
+//! | `POST /ask` | an [`PageRequest`], answered by the [`ModelBench`] |
 //! | `POST /write` | values into the text of the model: [`write`] |
 //! | `GET /events` | server-sent events: a file has changed |
 //!
@@ -32,29 +32,29 @@ use axum::middleware;
 use axum::response::sse::{Event, KeepAlive, Sse};
 use axum::response::{IntoResponse, Response};
 use axum::routing::{get, post};
-use dgd_data::Disk;
+use dgd_data::DiskFiles;
 use dgd_work::RunRequest;
 use futures_util::stream::{self, Stream};
 use serde_json::json;
 use tokio::net::TcpListener;
 use tokio::sync::{Semaphore, watch};
 
-use crate::ask::Ask;
-use crate::bench::Bench;
-use crate::stop::Stop;
-use guard::Guard;
-use limits::Limited;
+use crate::ask::PageRequest;
+use crate::bench::ModelBench;
+use crate::stop::StopHandle;
+use guard::RequestGuard;
+use limits::LimitedListener;
 
 /// State shared by requests and threads.
-struct Shared {
-    bench: Mutex<Bench>,
-    guard: Guard,
+struct ServerState {
+    bench: Mutex<ModelBench>,
+    guard: RequestGuard,
     model: PathBuf,
     /// The files of the last answer.
     files: Mutex<Vec<PathBuf>>,
     /// Incremented on every change of a file.
     changes: watch::Sender<u64>,
-    stop: Stop,
+    stop: StopHandle,
     /// A permit for each page that may still listen for changes.
     listening: Arc<Semaphore>,
     /// The request that is being answered.
@@ -64,8 +64,8 @@ struct Shared {
     assets: Vec<(&'static str, String)>,
 }
 
-impl Shared {
-    fn bench(&self) -> MutexGuard<'_, Bench> {
+impl ServerState {
+    fn bench(&self) -> MutexGuard<'_, ModelBench> {
         self.bench.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
@@ -88,7 +88,7 @@ impl Shared {
     }
 
     /// Answers one request after another, except those whose page is gone.
-    fn answer(&self, number: u64, ask: &Ask, is_gone: &AtomicBool) -> String {
+    fn answer(&self, number: u64, ask: &PageRequest, is_gone: &AtomicBool) -> String {
         let mut bench = self.bench();
         {
             let mut current = self.current();
@@ -98,7 +98,7 @@ impl Shared {
             self.stop.reset();
             *current = Some(number);
         }
-        let answer = bench.answer(ask, &Disk);
+        let answer = bench.answer(ask, &DiskFiles);
         *self.current() = None;
         let mut files = self.watched();
         files.extend(bench.files());
@@ -128,26 +128,26 @@ pub fn serve(request: RunRequest, port: u16, tell: impl FnOnce(&str)) -> io::Res
     let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build()?;
     runtime.block_on(async {
         let listener = TcpListener::bind((Ipv4Addr::LOCALHOST, port)).await?;
-        let guard = Guard::new(listener.local_addr()?.port())?;
+        let guard = RequestGuard::new(listener.local_addr()?.port())?;
         let address = guard.address();
         let shared = Arc::new(shared(request, guard));
         poll::begin(&shared);
         tell(&address);
-        axum::serve(Limited::new(listener), router(shared)).await
+        axum::serve(LimitedListener::new(listener), router(shared)).await
     })
 }
 
-fn shared(request: RunRequest, guard: Guard) -> Shared {
+fn shared(request: RunRequest, guard: RequestGuard) -> ServerState {
     let mut assets = crate::assets();
     assets.push(("index.html", include_str!("../../assets/watch.html").to_owned()));
     assets.push(("watch.js", include_str!("../../assets/watch.js").to_owned()));
     assets.push(("icon.svg", include_str!("../../assets/icon.svg").to_owned()));
     let model = request.model.clone();
-    let bench = Bench::new(request);
+    let bench = ModelBench::new(request);
     let stop = bench.stop();
     let files = Mutex::new(bench.files());
     let (changes, _) = watch::channel(0);
-    Shared {
+    ServerState {
         bench: Mutex::new(bench),
         guard,
         model,
@@ -161,7 +161,7 @@ fn shared(request: RunRequest, guard: Guard) -> Shared {
     }
 }
 
-fn router(shared: Arc<Shared>) -> Router {
+fn router(shared: Arc<ServerState>) -> Router {
     let secret = Router::new()
         .route("/first", get(first))
         .route("/events", get(events))
@@ -176,15 +176,15 @@ fn router(shared: Arc<Shared>) -> Router {
         .with_state(shared)
 }
 
-async fn page(State(shared): State<Arc<Shared>>) -> Response {
+async fn page(State(shared): State<Arc<ServerState>>) -> Response {
     asset(&shared, "index.html")
 }
 
-async fn file(State(shared): State<Arc<Shared>>, UrlPath(name): UrlPath<String>) -> Response {
+async fn file(State(shared): State<Arc<ServerState>>, UrlPath(name): UrlPath<String>) -> Response {
     asset(&shared, &name)
 }
 
-fn asset(shared: &Shared, name: &str) -> Response {
+fn asset(shared: &ServerState, name: &str) -> Response {
     let Some((name, text)) = shared.assets.iter().find(|(own, _)| *own == name) else {
         return StatusCode::NOT_FOUND.into_response();
     };
@@ -202,26 +202,26 @@ fn json_response(status: StatusCode, text: String) -> Response {
     (status, [(header::CONTENT_TYPE, "application/json")], text).into_response()
 }
 
-async fn first(State(shared): State<Arc<Shared>>) -> Response {
+async fn first(State(shared): State<Arc<ServerState>>) -> Response {
     json_response(StatusCode::OK, shared.bench().first().to_string())
 }
 
 /// Represents the wait for an answer; dropped when the page goes away or sends a new request.
-struct Waits {
-    shared: Arc<Shared>,
+struct AnswerWait {
+    shared: Arc<ServerState>,
     number: u64,
     is_gone: Arc<AtomicBool>,
 }
 
-impl Drop for Waits {
+impl Drop for AnswerWait {
     fn drop(&mut self) {
         self.is_gone.store(true, Ordering::SeqCst);
         self.shared.give_up(|number| number == self.number);
     }
 }
 
-async fn ask(State(shared): State<Arc<Shared>>, body: Bytes) -> Response {
-    let ask = match Ask::read(&body) {
+async fn ask(State(shared): State<Arc<ServerState>>, body: Bytes) -> Response {
+    let ask = match PageRequest::read(&body) {
         Ok(ask) => ask,
         Err(why) => {
             let answer = json!({ "ok": false, "error": format!("this cannot be asked: {why}") });
@@ -230,7 +230,7 @@ async fn ask(State(shared): State<Arc<Shared>>, body: Bytes) -> Response {
     };
     let number = shared.count.fetch_add(1, Ordering::SeqCst);
     let is_gone = Arc::new(AtomicBool::new(false));
-    let _waits = Waits { shared: Arc::clone(&shared), number, is_gone: Arc::clone(&is_gone) };
+    let _waits = AnswerWait { shared: Arc::clone(&shared), number, is_gone: Arc::clone(&is_gone) };
     let answered = tokio::task::spawn_blocking(move || shared.answer(number, &ask, &is_gone));
     match answered.await {
         Ok(answer) => json_response(StatusCode::OK, answer),
@@ -243,7 +243,7 @@ async fn ask(State(shared): State<Arc<Shared>>, body: Bytes) -> Response {
 }
 
 async fn events(
-    State(shared): State<Arc<Shared>>,
+    State(shared): State<Arc<ServerState>>,
 ) -> Result<Sse<impl Stream<Item = Result<Event, Infallible>>>, (StatusCode, &'static str)> {
     let Ok(place) = Arc::clone(&shared.listening).try_acquire_owned() else {
         let why = "too many pages of this model are open: close one and reload this one";

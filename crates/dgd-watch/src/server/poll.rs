@@ -9,7 +9,7 @@ use std::sync::Arc;
 use std::thread;
 use std::time::{Duration, SystemTime};
 
-use super::Shared;
+use super::ServerState;
 
 /// Polling interval.
 const EVERY: Duration = Duration::from_millis(100);
@@ -18,13 +18,13 @@ const EVERY: Duration = Duration::from_millis(100);
 const MISSING: u32 = 5;
 
 /// A file's modification time and length; `None` if it does not exist.
-type Seen = (PathBuf, Option<(SystemTime, u64)>);
+type FileStamp = (PathBuf, Option<(SystemTime, u64)>);
 
 /// Starts polling in a separate thread, until the server is gone.
-pub(super) fn begin(shared: &Arc<Shared>) {
+pub(super) fn begin(shared: &Arc<ServerState>) {
     let shared = Arc::downgrade(shared);
     thread::spawn(move || {
-        let mut last: Vec<Seen> = Vec::new();
+        let mut last: Vec<FileStamp> = Vec::new();
         let mut missing = 0;
         loop {
             thread::sleep(EVERY);
@@ -43,7 +43,7 @@ pub(super) fn begin(shared: &Arc<Shared>) {
     });
 }
 
-fn look(files: &[PathBuf]) -> Vec<Seen> {
+fn look(files: &[PathBuf]) -> Vec<FileStamp> {
     let one = |file: &PathBuf| {
         let metadata = fs::metadata(file).ok();
         let state = metadata.and_then(|data| Some((data.modified().ok()?, data.len())));
@@ -53,7 +53,7 @@ fn look(files: &[PathBuf]) -> Vec<Seen> {
 }
 
 /// Whether a previously seen file has changed.
-fn has_changed(last: &[Seen], now: &[Seen]) -> bool {
+fn has_changed(last: &[FileStamp], now: &[FileStamp]) -> bool {
     now.iter()
         .any(|(file, seen)| last.iter().any(|(other, before)| other == file && before != seen))
 }

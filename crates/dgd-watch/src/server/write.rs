@@ -9,18 +9,18 @@ use axum::extract::State;
 use axum::http::StatusCode;
 use axum::response::Response;
 use dgd_data::files::write_whole;
-use dgd_data::open::{Disk, read_text};
+use dgd_data::open::{DiskFiles, read_text};
 use serde::Deserialize;
 use serde_json::json;
 
-use super::{Shared, json_response};
+use super::{ServerState, json_response};
 use crate::bench::digest;
-use crate::values::Values;
+use crate::values::ParameterValues;
 
 /// The request to write.
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
-struct Wanted {
+struct WriteRequest {
     /// Values in the declared units.
     values: BTreeMap<String, f64>,
     /// The choices of variants that declare them.
@@ -29,8 +29,8 @@ struct Wanted {
     digest: String,
 }
 
-pub(super) async fn write(State(shared): State<Arc<Shared>>, body: Bytes) -> Response {
-    let written = serde_json::from_slice::<Wanted>(&body)
+pub(super) async fn write(State(shared): State<Arc<ServerState>>, body: Bytes) -> Response {
+    let written = serde_json::from_slice::<WriteRequest>(&body)
         .map_err(|error| (StatusCode::BAD_REQUEST, format!("this cannot be written: {error}")))
         .and_then(|wanted| {
             // One at a time, and not while a run reads the file.
@@ -46,17 +46,17 @@ pub(super) async fn write(State(shared): State<Arc<Shared>>, body: Bytes) -> Res
 }
 
 /// Writes the values into a file, atomically, if it has the text that the page knows.
-fn write_into(path: &Path, wanted: &Wanted) -> Result<(), String> {
+fn write_into(path: &Path, wanted: &WriteRequest) -> Result<(), String> {
     let shown = path.display();
     let text =
-        read_text(&Disk, path).map_err(|reason| format!("cannot read `{shown}`: {reason}"))?;
+        read_text(&DiskFiles, path).map_err(|reason| format!("cannot read `{shown}`: {reason}"))?;
     if digest(&text) != wanted.digest {
         return Err(format!(
             "`{shown}` has changed since it was read, so nothing was written; look at what is drawn now, and write again"
         ));
     }
-    let changed = Values::of(&text, &wanted.variant)
-        .with(&wanted.values)
+    let changed = ParameterValues::read(&text, &wanted.variant)
+        .write(&wanted.values)
         .map_err(|error| error.to_string())?;
     write_whole(path, |out| out.write_all(changed.as_bytes())).map_err(|error| error.to_string())
 }
@@ -74,7 +74,7 @@ mod tests {
         let text =
             "model m\nparameter k [1/s] = 2  /// rate\nstate x = 1\nequation e: der(x) = -k*x\n";
         fs::write(&path, text).expect("the folder is writable");
-        let wanted = |digest: String| Wanted {
+        let wanted = |digest: String| WriteRequest {
             values: BTreeMap::from([("k".to_owned(), 2.5)]),
             variant: BTreeMap::new(),
             digest,

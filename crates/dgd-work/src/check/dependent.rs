@@ -2,27 +2,27 @@
 
 use dgd_compiler::diagnostics::{Code, Diagnostic};
 use dgd_compiler::model::Model;
-use dgd_compiler::pipeline::Compiled;
+use dgd_compiler::pipeline::CompiledStages;
 use dgd_compiler::source::Span;
-use dgd_execute::{Engine, Loaded};
+use dgd_execute::{Engine, LoadedSystem};
 use dgd_runtime::signature::number::short;
-use dgd_runtime::{Dependent, Signature, System, dependent_equations};
+use dgd_runtime::{DependentEquations, Signature, System, dependent_equations};
 
 /// Larger sets are not listed by name.
 const MOST_NAMED: usize = 6;
 
 /// A note for each dependent set of equations, for the choices with which the model is compiled.
-pub(super) fn notes(compiled: &Compiled) -> Vec<Diagnostic> {
-    let system = Loaded::with_engine(compiled.program.clone(), Engine::Interpreter);
+pub(super) fn notes(compiled: &CompiledStages) -> Vec<Diagnostic> {
+    let system = LoadedSystem::with_engine(compiled.program.clone(), Engine::Interpreter);
     let signature = system.signature();
     let p: Vec<f64> = signature.parameters.iter().map(|parameter| parameter.value).collect();
     let dependent = dependent_equations(&system, &p);
     dependent.iter().filter_map(|one| note(one, signature, &compiled.model)).collect()
 }
 
-fn note(one: &Dependent, signature: &Signature, model: &Model) -> Option<Diagnostic> {
+fn note(one: &DependentEquations, signature: &Signature, model: &Model) -> Option<Diagnostic> {
     let labels: Vec<String> =
-        one.equations.iter().map(|(row, _)| signature.equations.at(*row).to_string()).collect();
+        one.equations.iter().map(|(row, _)| signature.equations.get(*row).to_string()).collect();
     let unknowns: Vec<String> =
         one.unknowns.iter().map(|i| signature.unknowns.name(*i).into_owned()).collect();
     let places: Vec<Option<Span>> = labels.iter().map(|label| place(label, model)).collect();
@@ -46,7 +46,7 @@ fn note(one: &Dependent, signature: &Signature, model: &Model) -> Option<Diagnos
         _ => format!("write what else holds of {open} in place of one of them"),
     };
     let others = places.iter().zip(&labels).enumerate().filter(|(k, _)| *k != first);
-    let diagnostic = Diagnostic::new(Code::E411, at, message).help(help);
+    let diagnostic = Diagnostic::new(Code::DependentEquations, at, message).help(help);
     Some(others.fold(diagnostic, |diagnostic, (_, (place, label))| match place {
         Some(span) if *span != at => diagnostic.label(*span, format!("`{label}` is here")),
         _ => diagnostic,

@@ -3,7 +3,7 @@
 use std::fmt::Write;
 
 use dgd_compiler::dae::Dae;
-use dgd_compiler::model::{Automaton, Declared, Interpolation, Model, Origin};
+use dgd_compiler::model::{Automaton, AutomatonOrigin, DeclarationHeader, Interpolation, Model};
 use serde::Serialize;
 
 use crate::error::Mistake;
@@ -232,8 +232,8 @@ pub struct When {
 impl Description {
     /// Describes a sound model; `path` is the name of its file.
     pub(crate) fn of(path: &str, model: &Model, dae: &Dae, provenance: Provenance) -> Self {
-        let blocks = model.automata.iter().filter(|a| a.origin == Origin::Modes);
-        let whens = model.automata.iter().filter(|a| a.origin != Origin::Modes);
+        let blocks = model.automata.iter().filter(|a| a.origin == AutomatonOrigin::Modes);
+        let whens = model.automata.iter().filter(|a| a.origin != AutomatonOrigin::Modes);
         Description {
             summary: summary(path, model, dae),
             model: model.name.clone(),
@@ -266,8 +266,8 @@ impl Description {
             whens: whens
                 .map(|automaton| When {
                     condition: match automaton.origin {
-                        Origin::Every => format!("every {}", automaton.name),
-                        Origin::When | Origin::Modes => automaton.name.clone(),
+                        AutomatonOrigin::Every => format!("every {}", automaton.name),
+                        AutomatonOrigin::When | AutomatonOrigin::Modes => automaton.name.clone(),
                     },
                     doc: text(&automaton.doc),
                 })
@@ -283,7 +283,7 @@ fn text(doc: &[String]) -> String {
 }
 
 /// Name, unit and documentation of a declaration.
-fn head(declared: &Declared) -> (String, String, String) {
+fn head(declared: &DeclarationHeader) -> (String, String, String) {
     (declared.name.clone(), declared.unit.symbol.clone(), text(&declared.doc))
 }
 
@@ -436,14 +436,14 @@ fn summary(path: &str, model: &Model, dae: &Dae) -> String {
     }
     // The first automaton of a loop stands for all of them.
     let of_one_item = |a: &Automaton, b: &Automaton| {
-        a.origin != Origin::Modes && a.transitions[0].span == b.transitions[0].span
+        a.origin != AutomatonOrigin::Modes && a.transitions[0].span == b.transitions[0].span
     };
     for alike in model.automata.chunk_by(of_one_item) {
         let automaton = &alike[0];
         let word = match automaton.origin {
-            Origin::Modes => None,
-            Origin::When => Some("when"),
-            Origin::Every => Some("every"),
+            AutomatonOrigin::Modes => None,
+            AutomatonOrigin::When => Some("when"),
+            AutomatonOrigin::Every => Some("every"),
         };
         if let Some(word) = word {
             let _ = write!(text, "; event `{word} {}`", automaton.name);

@@ -6,10 +6,10 @@ mod unused;
 
 use std::path::{Path, PathBuf};
 
-use dgd_compiler::diagnostics::{Diagnostics, Reported};
+use dgd_compiler::diagnostics::{Diagnostics, ErrorReported};
 use dgd_compiler::effects::Effect;
 use dgd_compiler::model::Variant;
-use dgd_compiler::pipeline::{Directions, compile_asts};
+use dgd_compiler::pipeline::{SensitivityDirections, compile_asts};
 use serde::{Serialize, Serializer};
 use serde_json::Value;
 
@@ -103,10 +103,11 @@ fn effect(path: &Path, session: Session<'_>) -> Result<Option<Effect>, WorkError
 fn check_model(path: &Path, choices: &Choices, session: Session<'_>) -> Result<Checked, WorkError> {
     let mut compilation = Compilation::new(session.files);
     let options = compilation.options(choices)?;
-    let compiled = match compilation.compile(path, &choices.apply, &options, &Directions::None)? {
-        Ok((compiled, _)) => compiled,
-        Err(reported) => return Err(compilation.fail(reported)),
-    };
+    let compiled =
+        match compilation.compile(path, &choices.apply, &options, &SensitivityDirections::None)? {
+            Ok((compiled, _)) => compiled,
+            Err(reported) => return Err(compilation.fail(reported)),
+        };
     let digest = provenance::of_model(&compilation.sources);
 
     let mut notes = dependent::notes(&compiled);
@@ -121,10 +122,10 @@ fn check_model(path: &Path, choices: &Choices, session: Session<'_>) -> Result<C
             other.variants.push((variant, compilation.name("--variant", choice)));
             let mut own_diagnostics = Diagnostics::default();
             // Each choice gets its own diagnostics, independent of the next.
-            let other: Result<_, Reported> = compile_asts(
+            let other: Result<_, ErrorReported> = compile_asts(
                 compiled.asts.clone(),
                 &other,
-                &Directions::None,
+                &SensitivityDirections::None,
                 &mut own_diagnostics,
             );
             notes.extend(other.iter().flat_map(dependent::notes));

@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use dgd_compiler::diagnostics::Diagnostics;
 use dgd_compiler::effects::Effect;
-use dgd_compiler::source::{Source, Sources};
+use dgd_compiler::source::{SourceMap, SourceText};
 use dgd_compiler::syntax::parse;
 use dgd_data::FileSystem;
 use dgd_data::open::read_text;
@@ -100,8 +100,8 @@ fn text_of(path: &Path, files: &dyn FileSystem) -> Result<String, WorkError> {
 
 /// The text of an effect with its name replaced in the first line.
 fn renamed(path: &Path, text: &str, name: &str) -> Result<String, WorkError> {
-    let (mut sources, mut diagnostics) = (Sources::default(), Diagnostics::default());
-    let id = sources.add(Source { name: path.display().to_string(), text: text.to_owned() });
+    let (mut sources, mut diagnostics) = (SourceMap::default(), Diagnostics::default());
+    let id = sources.add(SourceText { name: path.display().to_string(), text: text.to_owned() });
     let effect = parse(id, &sources, &mut diagnostics)
         .and_then(|ast| Effect::read(ast, &mut diagnostics))
         .map_err(|_| WorkError::diagnosed(&diagnostics, sources.clone()))?;
@@ -109,8 +109,8 @@ fn renamed(path: &Path, text: &str, name: &str) -> Result<String, WorkError> {
     let (start, end) = (span.start as usize, span.end as usize);
     let text = format!("{}{name}{}", &text[..start], &text[end..]);
     let is_read = {
-        let (mut sources, mut diagnostics) = (Sources::default(), Diagnostics::default());
-        let id = sources.add(Source { name: name.to_owned(), text: text.clone() });
+        let (mut sources, mut diagnostics) = (SourceMap::default(), Diagnostics::default());
+        let id = sources.add(SourceText { name: name.to_owned(), text: text.clone() });
         let ast = parse(id, &sources, &mut diagnostics);
         ast.and_then(|ast| Effect::read(ast, &mut diagnostics)).is_ok_and(|e| e.name.text == name)
     };

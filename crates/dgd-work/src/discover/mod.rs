@@ -10,15 +10,17 @@ use std::path::{Path, PathBuf};
 use dgd_compiler::diagnostics::Diagnostics;
 use dgd_compiler::effects::Effect;
 use dgd_compiler::model::ModelOptions;
-use dgd_compiler::pipeline::{Compiled, Directions};
-use dgd_compiler::source::Source;
+use dgd_compiler::pipeline::{CompiledStages, SensitivityDirections};
+use dgd_compiler::source::SourceText;
 use dgd_compiler::syntax::{layout, table_files};
-use dgd_data::files::Files;
+use dgd_data::files::ResultFolder;
 use dgd_data::files::journal::RunJournal;
 use dgd_data::{FileSystem, InMemory};
-use dgd_discover::{BaseModel, DiscoverError, Discovery, Gap, Request, Scales, templates};
-use dgd_identify::journal::{Forgetful, Journal};
-use dgd_identify::{Recording, Unwatched};
+use dgd_discover::{
+    BaseModel, DiscoverError, Discovery, DiscoveryOptions, OutputGap, OutputScales, templates,
+};
+use dgd_identify::journal::{Journal, NoJournal};
+use dgd_identify::{NoMonitor, Recording};
 use dgd_plot::Figure;
 use dgd_runtime::integrate::catalogue::AUTOMATIC;
 use dgd_runtime::signature::Direction;
@@ -103,11 +105,11 @@ pub fn discover(request: &DiscoverRequest, session: Session<'_>) -> Result<Disco
         free: request.sought.free.clone(),
         fix: request.sought.fix.clone(),
         engine: request.solve.engine,
-        scales: Scales::default(),
+        scales: OutputScales::default(),
     };
     let names = recording::names(&[request.data.as_slice(), &held_out.paths].concat());
     let (train_names, valid_names) = names.split_at(request.data.len());
-    let search = Request {
+    let search = DiscoveryOptions {
         base: &base,
         library: &library,
         templates: &templates,
@@ -119,16 +121,16 @@ pub fn discover(request: &DiscoverRequest, session: Session<'_>) -> Result<Disco
         threads: session.threads,
         seed: session.seed,
         budget: request.budget,
-        journal: &Forgetful,
-        watch: &Unwatched,
+        journal: &NoJournal,
+        watch: &NoMonitor,
     };
     let journal = keeping::journal(&request.keep, || search.digest(), session)?;
     session.listener.begins(journal.is_some());
     let kept: &dyn Journal = match &journal {
         Some(journal) => journal,
-        None => &Forgetful,
+        None => &NoJournal,
     };
-    let search = Request { journal: kept, watch: session.listener, ..search };
+    let search = DiscoveryOptions { journal: kept, watch: session.listener, ..search };
     let mut diagnostics = Diagnostics::default();
     let discovery = dgd_discover::discover(&search, &mut diagnostics);
     session.listener.ends();
@@ -185,12 +187,12 @@ pub fn discover(request: &DiscoverRequest, session: Session<'_>) -> Result<Disco
         ));
     }
     let is_model =
-        |source: &&Source| Path::new(&source.name).extension().is_some_and(|e| e == "dgd");
+        |source: &&SourceText| Path::new(&source.name).extension().is_some_and(|e| e == "dgd");
     let of_tables = table_files::files(&compiled.asts);
     let of_tables = of_tables.into_iter().map(|id| compilation.sources.get(id));
     let texts = compilation.sources.iter().filter(is_model).chain(of_tables);
     let texts = texts.fold(InMemory::default(), |files, source| {
-        files.with(&source.name, without_unread(&source.text, &inputs).as_bytes())
+        files.with_file(&source.name, without_unread(&source.text, &inputs).as_bytes())
     });
     Ok(Discovered {
         discovery,
@@ -243,7 +245,7 @@ impl Discovered {
     /// # Errors
     ///
     /// The corrected model does not compile, or the page cannot be made.
-    pub fn files(&self) -> Result<Files, WorkError> {
+    pub fn files(&self) -> Result<ResultFolder, WorkError> {
         report::files(&self.subject())
     }
 
@@ -299,7 +301,7 @@ const OTHER_NOISE: f64 = 1.5;
 const PASSES: f64 = 1.1;
 
 /// A sentence about an output whose declared noise differs from the observed noise: how each judges the model.
-fn other_noise(gap: &Gap, signature: &Signature) -> Option<String> {
+fn other_noise(gap: &OutputGap, signature: &Signature) -> Option<String> {
     let output = signature.outputs.iter().find(|output| *output.name == *gap.output)?;
     let declared = output.noise?;
     let ratio = gap.noise / declared;
@@ -358,7 +360,7 @@ impl HeldOut {
 /// Reasons to doubt that the training recordings can answer.
 fn reserved(
     request: &DiscoverRequest,
-    compiled: &Compiled,
+    compiled: &CompiledStages,
     train: &[Recording],
     threads: usize,
 ) -> Result<Vec<String>, WorkError> {
@@ -377,7 +379,7 @@ fn base_model(
     request: &DiscoverRequest,
     options: &ModelOptions,
     compilation: &mut Compilation<'_>,
-) -> Result<Compiled, WorkError> {
+) -> Result<CompiledStages, WorkError> {
     let directions = directions(request, compilation);
     let (path, apply) = (&request.model, &request.choices.apply);
     let compiled = compilation.compile_text(path, apply, options, &directions)?;
@@ -385,9 +387,12 @@ fn base_model(
         .map_err(|_| WorkError::diagnosed(&compilation.diagnostics, compilation.sources.clone()))
 }
 
-fn directions(request: &DiscoverRequest, compilation: &mut Compilation<'_>) -> Directions {
+fn directions(
+    request: &DiscoverRequest,
+    compilation: &mut Compilation<'_>,
+) -> SensitivityDirections {
     let (free, fixed) = compilation.sought(&request.sought);
-    Directions::Estimated { free, fixed }
+    SensitivityDirections::Estimated { free, fixed }
 }
 
 /// The folders of effects: beside the model, and those of `--effects`.
@@ -436,7 +441,7 @@ fn library(
 fn recordings(
     request: &DiscoverRequest,
     paths: &[PathBuf],
-    compiled: &Compiled,
+    compiled: &CompiledStages,
     compilation: &mut Compilation<'_>,
     session: Session<'_>,
 ) -> Result<(Vec<Recording>, Vec<DataFile>), WorkError> {

@@ -5,10 +5,10 @@
 use std::collections::BTreeSet;
 
 use dgd_compiler::model::ModelOptions;
-use dgd_compiler::pipeline::Compiled;
+use dgd_compiler::pipeline::CompiledStages;
 use dgd_compiler::syntax::ast::{Ast, ItemKind};
 use dgd_compiler::syntax::{layout, visit};
-use dgd_data::{Column, FileSystem, Reading, Table};
+use dgd_data::{DataColumn, DataTable, FileSystem, ReadOptions};
 
 use super::{base_model, directions, folders};
 use crate::error::WorkError;
@@ -51,25 +51,25 @@ pub(super) fn offered(request: &DiscoverRequest, files: &dyn FileSystem) -> Offe
         .items
         .iter()
         .any(|item| matches!(&item.kind, ItemKind::Input { name, .. } if !is_read(&name.text)));
-    let mut tables: Vec<Table> = Vec::new();
+    let mut tables: Vec<DataTable> = Vec::new();
     for path in paths {
         let Compilation { sources, diagnostics, .. } = &mut probe;
-        let reading = Reading::default().renamed(&request.solve.rename);
+        let reading = ReadOptions::default().renamed(&request.solve.rename);
         match reading.read(files, path, sources, diagnostics) {
             Ok(table) => tables.push(table),
             Err(_) => return Offered::default(),
         }
     }
     let Some((first, others)) = tables.split_first() else { return Offered::default() };
-    let common: Vec<&Column> = (first.columns.iter())
+    let common: Vec<&DataColumn> = (first.columns.iter())
         .filter(|column| others.iter().all(|table| table.column(&column.name).is_some()))
         .collect();
     let text = &probe.sources.get(compiled.asts[0].source).text;
     let mut known = words(text);
     let of_effects = declared_by_effects(request, files);
     known.extend(of_effects.iter().map(String::as_str));
-    let is_offered = |column: &&&Column| {
-        let of_all: Vec<&Column> =
+    let is_offered = |column: &&&DataColumn| {
+        let of_all: Vec<&DataColumn> =
             tables.iter().filter_map(|table| table.column(&column.name)).collect();
         !known.contains(column.name.as_str()) && is_signal(&of_all, request.data.len())
     };
@@ -107,16 +107,16 @@ fn declared_by_effects(request: &DiscoverRequest, files: &dyn FileSystem) -> BTr
 }
 
 /// Whether a column has no missing values, and varies in the training recordings.
-fn is_signal(of_all: &[&Column], training: usize) -> bool {
-    let is_whole = |column: &&Column| {
+fn is_signal(of_all: &[&DataColumn], training: usize) -> bool {
+    let is_whole = |column: &&DataColumn| {
         column.fault.is_none() && column.values.iter().all(|value| value.is_finite())
     };
-    let moves = |column: &&Column| column.values.windows(2).any(|pair| pair[0] != pair[1]);
+    let moves = |column: &&DataColumn| column.values.windows(2).any(|pair| pair[0] != pair[1]);
     of_all.iter().all(is_whole) && of_all[..training.min(of_all.len())].iter().any(moves)
 }
 
 impl Declaration {
-    fn of(column: &Column) -> Self {
+    fn of(column: &DataColumn) -> Self {
         let unit = column.unit.as_ref().map_or("1", |unit| &unit.symbol);
         let kind = if column.is_held() { "hold" } else { "linear" };
         Self { name: column.name.clone(), line: format!("input {} [{unit}] {kind}", column.name) }
@@ -125,12 +125,12 @@ impl Declaration {
 
 /// A model with further inputs in its text.
 pub(super) fn with_inputs(
-    compiled: Compiled,
+    compiled: CompiledStages,
     inputs: &[Declaration],
     request: &DiscoverRequest,
     options: &ModelOptions,
     compilation: &mut Compilation<'_>,
-) -> Result<Compiled, WorkError> {
+) -> Result<CompiledStages, WorkError> {
     if inputs.is_empty() {
         return Ok(compiled);
     }

@@ -4,13 +4,13 @@ use std::collections::BTreeMap;
 use std::path::{Component, Path, PathBuf};
 
 use dgd_compiler::model::Setting;
-use dgd_compiler::pipeline::Compiled;
-use dgd_compiler::source::{Sources, Span};
-use dgd_compiler::syntax::edit::{Element, NewValue, element_of, list_of, with_values};
+use dgd_compiler::pipeline::CompiledStages;
+use dgd_compiler::source::{SourceMap, Span};
+use dgd_compiler::syntax::edit::{ElementText, NewValue, element_of, list_of, with_values};
 use dgd_compiler::syntax::layout;
 use dgd_compiler::units::Unit;
 use dgd_data::cell::push_number;
-use dgd_identify::Estimate;
+use dgd_identify::ParameterEstimate;
 use dgd_runtime::Direction;
 
 /// Digits of an estimate; the rest is far below the tolerance of any simulation.
@@ -43,10 +43,10 @@ pub fn file_names(model: &Path) -> Vec<String> {
 /// An initial value that the model computes from inputs or parameters stays a computation. Paths of imports are changed
 /// to be relative to `folder`.
 pub(crate) fn text(
-    compiled: &Compiled,
-    sources: &Sources,
+    compiled: &CompiledStages,
+    sources: &SourceMap,
     settings: &[Setting],
-    estimates: &[Estimate],
+    estimates: &[ParameterEstimate],
     model: &Path,
     folder: &Path,
 ) -> String {
@@ -70,7 +70,7 @@ pub(crate) fn text(
 }
 
 /// Span of the declaration of something that can be set.
-fn declared(compiled: &Compiled, name: &str) -> Option<Span> {
+fn declared(compiled: &CompiledStages, name: &str) -> Option<Span> {
     let model = &compiled.model;
     let constants = model.constants.iter().map(|constant| &constant.declared);
     let parameters = model.parameters.iter().map(|parameter| &parameter.declared);
@@ -83,13 +83,17 @@ fn declared(compiled: &Compiled, name: &str) -> Option<Span> {
 }
 
 /// Span of the declaration of an array, whether an element has a new value, and all their values.
-type Elements = (Span, bool, Vec<Element>);
+type Elements = (Span, bool, Vec<ElementText>);
 
 /// The arrays of constants and parameters with new values of elements: all their current values.
-fn arrays(compiled: &Compiled, settings: &[Setting], estimates: &[Estimate]) -> Vec<NewValue> {
+fn arrays(
+    compiled: &CompiledStages,
+    settings: &[Setting],
+    estimates: &[ParameterEstimate],
+) -> Vec<NewValue> {
     let constants = compiled.model.constants.iter().map(|c| (&c.declared, c.value, None));
     let parameters = compiled.dae.parameters.iter().enumerate().map(|(i, parameter)| {
-        let is_it = |e: &&Estimate| e.of == Direction::Parameter(i);
+        let is_it = |e: &&ParameterEstimate| e.of == Direction::Parameter(i);
         (&parameter.declared, parameter.value, estimates.iter().find(is_it))
     });
     let mut arrays: BTreeMap<&str, Elements> = BTreeMap::new();
@@ -117,7 +121,7 @@ fn arrays(compiled: &Compiled, settings: &[Setting], estimates: &[Estimate]) -> 
     changed.map(value).collect()
 }
 
-fn new_value(compiled: &Compiled, estimate: &Estimate) -> Option<NewValue> {
+fn new_value(compiled: &CompiledStages, estimate: &ParameterEstimate) -> Option<NewValue> {
     let (name, called, unit) = match estimate.of {
         Direction::Parameter(i) => {
             let declared = &compiled.dae.parameters[i].declared;

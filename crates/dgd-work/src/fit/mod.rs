@@ -21,11 +21,11 @@ mod task;
 use std::path::{Path, PathBuf};
 
 use dgd_compiler::model::Setting;
-use dgd_compiler::pipeline::Compiled;
-use dgd_compiler::source::Sources;
-use dgd_data::files::Files;
+use dgd_compiler::pipeline::CompiledStages;
+use dgd_compiler::source::SourceMap;
+use dgd_data::files::ResultFolder;
 use dgd_data::files::journal::RunJournal;
-use dgd_identify::Estimate;
+use dgd_identify::ParameterEstimate;
 use dgd_plot::Figure;
 use dgd_runtime::Signature;
 use serde::{Serialize, Serializer};
@@ -51,7 +51,7 @@ pub struct Fitted {
     /// The estimator.
     pub estimator: Estimator,
     /// The estimates, SI: parameters, and initial values of recordings.
-    pub estimates: Vec<Estimate>,
+    pub estimates: Vec<ParameterEstimate>,
     /// Figures, if requested.
     pub figures: Vec<FitFigure>,
     /// Reasons why the estimates are incomplete; empty for a fit that converged.
@@ -66,8 +66,8 @@ pub struct Fitted {
     command: String,
     end: LeftOut,
     model: PathBuf,
-    compiled: Compiled,
-    sources: Sources,
+    compiled: CompiledStages,
+    sources: SourceMap,
     settings: Vec<Setting>,
     journal: Option<RunJournal>,
 }
@@ -98,7 +98,7 @@ struct Found {
     result: FitResult,
     text: String,
     figures: Vec<FitFigure>,
-    estimates: Vec<Estimate>,
+    estimates: Vec<ParameterEstimate>,
     /// The recordings with their simulations.
     traces: Vec<Trace>,
     /// Files in addition to the result and the model.
@@ -195,7 +195,7 @@ impl Fitted {
     }
 
     /// The files of a folder of results: [`file_names`].
-    pub fn files(&self, folder: &Path) -> Files {
+    pub fn files(&self, folder: &Path) -> ResultFolder {
         let name = fitted_model::file_name(&self.model);
         let json = json_text(&self.to_json());
         let mut written = vec![
@@ -204,7 +204,7 @@ impl Fitted {
             (fitted_model::REPORT.to_owned(), self.page().into_bytes()),
         ];
         written.extend(self.more.iter().cloned());
-        Files { written, ..Files::default() }
+        ResultFolder { written, ..ResultFolder::default() }
     }
 
     /// The outcome; `written` is the folder of the files. If the fit can be resumed, its journal stays.

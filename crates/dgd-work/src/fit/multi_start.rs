@@ -175,7 +175,7 @@ impl Minima {
         let minimum = |minimum: &LocalMinimum| {
             let fit = self.all().fit_of(minimum.points[0]);
             let estimates = fit.map_or(&[][..], |fit| &fit.estimates);
-            let entry = |(i, estimate): (usize, &dgd_identify::Estimate)| {
+            let entry = |(i, estimate): (usize, &dgd_identify::ParameterEstimate)| {
                 (outcome.name(i), ValueEntry::new(estimate.value, outcome.unit(i)))
             };
             MinimumEntry {

@@ -1,8 +1,8 @@
 //! Residuals of a fit as a function of its estimates, for external optimisers and samplers.
 
-use dgd_execute::Loaded;
+use dgd_execute::LoadedSystem;
 use dgd_identify::{
-    Noise, OutputErrorProblem, Prior, Recording, Starts, TrialFailure, evaluate,
+    NoiseSource, OutputErrorProblem, Prior, Recording, Starts, TrialFailure, evaluate,
     outputs_with_sensitivities,
 };
 use dgd_runtime::parallel::in_parallel_by_model;
@@ -42,7 +42,7 @@ pub struct Variable {
 /// declared noise.
 #[derive(Debug)]
 pub struct Objective {
-    system: Loaded,
+    system: LoadedSystem,
     p: Vec<f64>,
     recordings: Vec<Recording>,
     names: Vec<String>,
@@ -267,7 +267,8 @@ fn noise_of(task: &Task<'_>, given: &[(String, f64)]) -> Result<Vec<Option<f64>>
             )));
         }
     }
-    if outputs.iter().zip(&task.noise).any(|(_, used)| used.is_some_and(Noise::is_likelihood)) {
+    if outputs.iter().zip(&task.noise).any(|(_, used)| used.is_some_and(NoiseSource::is_likelihood))
+    {
         densities::refuse(task.system.signature(), "the objective of a fit")?;
         return Err(WorkError::Usage(
             "the objective of a fit takes no column of standard deviations: leave out `std(…)`"
@@ -298,7 +299,7 @@ fn noise_of(task: &Task<'_>, given: &[(String, f64)]) -> Result<Vec<Option<f64>>
 
 /// All free parameters, then the initial values of each recording.
 fn variables(
-    system: &Loaded,
+    system: &LoadedSystem,
     p: &[f64],
     recordings: &[Recording],
     names: &[String],
@@ -378,12 +379,12 @@ output flow [lpm] = k * sqrt(max(h, 0) / 1 [m])
                 (0..60).map(|k| format!("{},{}\n", 40 * k, [300, 420, 180][(k / 9 + phase) % 3]));
             rows.fold("time [s],q_in [lpm]\n".to_owned(), |all, row| all + &row)
         };
-        let mut files = InMemory::default().with("tank.dgd", MODEL).with(
+        let mut files = InMemory::default().with_file("tank.dgd", MODEL).with_file(
             "truth.dgd",
             MODEL.replace("= 330", "= 290").replace("A [m^2] = 2", "A [m^2] = 2.2"),
         );
         for (name, phase) in [("monday", 0), ("tuesday", 1)] {
-            let inputs = files.clone().with("inputs.csv", inputs(phase));
+            let inputs = files.clone().with_file("inputs.csv", inputs(phase));
             let mut run = RunRequest::new("truth.dgd");
             run.data = Some("inputs.csv".into());
             let mut request = SimulateRequest::new(run);
@@ -392,7 +393,7 @@ output flow [lpm] = k * sqrt(max(h, 0) / 1 [m])
             let simulated = simulate(&request, session).unwrap_or_else(|error| panic!("{error}"));
             let mut csv = Vec::new();
             simulated.table.write_csv(&mut csv).expect("memory can be written to");
-            files = files.with(format!("{name}.csv"), csv);
+            files = files.with_file(format!("{name}.csv"), csv);
         }
         files
     }
@@ -447,7 +448,7 @@ output flow [lpm] = k * sqrt(max(h, 0) / 1 [m])
                      output w [g] = f(x) noise 0.1\n";
         // Data after the second point is not read.
         let data = "time [s],x [m],w [g]\n0,0,1\n1,5,1.5\n2,10,2\n";
-        let files = InMemory::default().with("curve.dgd", model).with("data.csv", data);
+        let files = InMemory::default().with_file("curve.dgd", model).with_file("data.csv", data);
         let session = Session::new(&Silent).with_files(&files);
         let mut request = FitRequest::new("curve.dgd", vec!["data.csv".into()]);
         request.noise = NoiseFrom::Declared;
@@ -481,7 +482,7 @@ output flow [lpm] = k * sqrt(max(h, 0) / 1 [m])
             |k: i32| format!("{k},{k},{}\n", 1.0 + 0.1 * f64::from(k) + 0.05 * f64::from(k % 3));
         let data =
             (0..=20).map(row).fold("time [s],x [m],w [g]\n".to_owned(), |all, row| all + &row);
-        let files = InMemory::default().with("curve.dgd", model).with("data.csv", data);
+        let files = InMemory::default().with_file("curve.dgd", model).with_file("data.csv", data);
         let session = Session::new(&Silent).with_files(&files);
         for estimator in [
             Estimator::OutputError,

@@ -1,7 +1,7 @@
 //! Output-error estimation: each recording is simulated from its start, by the model or by a linear one.
 
 use dgd_identify::OutputErrorProblem;
-use dgd_plot::{Meaning, Text};
+use dgd_plot::{MathText, SeriesMeaning};
 use dgd_runtime::System;
 
 use super::multi_start::Minima;
@@ -168,20 +168,20 @@ fn subjects(outcome: &Outcome<'_>, task: &Task<'_>, request: &FitRequest) -> Vec
             let in_unit = |value: f64| unit.from_si(value);
             let simulated = (0..recording.times.len()).map(|k| in_unit(observations.w(k)[i]));
             let line = |name: &str, values: Vec<f64>, meaning| Line {
-                name: Text::plain(name),
+                name: MathText::plain(name),
                 times: recording.times.clone(),
                 values,
                 meaning,
             };
             subjects.push(Subject {
-                title: Text::name(&output.name).then(Text::plain(&format!(", {file}"))),
+                title: MathText::name(&output.name).then(MathText::plain(&format!(", {file}"))),
                 unit: unit.symbol.to_string(),
                 lines: vec![
-                    line("fitted", simulated.collect(), Meaning::Simulated),
+                    line("fitted", simulated.collect(), SeriesMeaning::Simulated),
                     line(
                         "measured",
                         measured.iter().copied().map(in_unit).collect(),
-                        Meaning::Measured,
+                        SeriesMeaning::Measured,
                     ),
                 ],
             });

@@ -4,16 +4,16 @@ use std::fmt::Write as _;
 use std::path::PathBuf;
 
 use dgd_compiler::model::ProcessNoise;
-use dgd_compiler::pipeline::Compiled;
+use dgd_compiler::pipeline::CompiledStages;
 use dgd_identify::filter::{
-    FilterProblem, Level, LevelEstimate, PredictionError, PredictionErrorProblem, Row,
-    prediction_error, prediction_error_profiles, predictions,
+    FilterProblem, LevelEstimate, NoiseLevelSource, PredictionError, PredictionErrorProblem,
+    TrackedRow, prediction_error, prediction_error_profiles, predictions,
 };
 use dgd_identify::{
-    Bound, Estimate, EstimateError, Evaluation, Noise, OutputErrorProblem, Recording, Starts,
-    StoppingRule, Termination, evaluate,
+    BoundReached, EstimateError, NoiseSource, OutputErrorEvaluation, OutputErrorProblem,
+    ParameterEstimate, Recording, Starts, StoppingRule, Termination, evaluate,
 };
-use dgd_plot::{Figure, Meaning, Panel, Text};
+use dgd_plot::{Figure, MathText, Panel, SeriesMeaning};
 use dgd_runtime::{Direction, Options, Output, Signature, System, Unit};
 
 use super::page::traces::traces;
@@ -59,7 +59,11 @@ pub(super) fn run(task: &Task<'_>, request: &FitRequest) -> Result<Found, WorkEr
         .map_err(|error| task.failed(EstimateError::Start(error), &request.data))?;
     let held_out = OutputErrorProblem {
         recordings: &task.valid,
-        noise: fit.noise.iter().map(|noise| noise.map(|noise| Noise::Known(noise.value))).collect(),
+        noise: fit
+            .noise
+            .iter()
+            .map(|noise| noise.map(|noise| NoiseSource::Known(noise.value)))
+            .collect(),
         ..of_simulation
     };
     let is_converged = fit.termination.is_converged();
@@ -128,15 +132,15 @@ fn problem<'a>(task: &'a Task<'_>, request: &FitRequest) -> PredictionErrorProbl
     let is_free = |direction: &Direction| is_free(&task.compiled, request, direction);
     let output_error = task.problem();
     let refused = || unreachable!("refused when the task was loaded");
-    let level = |noise: &Option<Noise>| {
+    let level = |noise: &Option<NoiseSource>| {
         noise.map(|noise| match noise {
-            Noise::Known(sigma) => Level::Known(sigma),
-            Noise::Estimated => Level::Estimated,
-            Noise::Density(density) => {
+            NoiseSource::Known(sigma) => NoiseLevelSource::Known(sigma),
+            NoiseSource::Estimated => NoiseLevelSource::Estimated,
+            NoiseSource::Density(density) => {
                 let parameter = densities::parameter_of(&task.compiled.model, density);
-                parameter.map_or_else(refused, Level::Parameter)
+                parameter.map_or_else(refused, NoiseLevelSource::Parameter)
             }
-            Noise::Recorded | Noise::Stabilised(..) => refused(),
+            NoiseSource::Recorded | NoiseSource::Stabilised(..) => refused(),
         })
     };
     let Options { rtol, atol, .. } = output_error.options;
@@ -157,21 +161,25 @@ fn problem<'a>(task: &'a Task<'_>, request: &FitRequest) -> PredictionErrorProbl
 }
 
 /// Process noise of each state: as declared, and estimated otherwise.
-fn rates(task: &Task<'_>) -> Vec<Level> {
+fn rates(task: &Task<'_>) -> Vec<NoiseLevelSource> {
     let system = task.system.as_model();
     let level = |i: usize| {
         let name = task.system.signature().unknowns.name(i);
         match task.compiled.model.process_noise(&name)? {
-            ProcessNoise::Known(rate) => Some(Level::Known(rate)),
-            ProcessNoise::Parameter(i) => Some(Level::Parameter(i as usize)),
+            ProcessNoise::Known(rate) => Some(NoiseLevelSource::Known(rate)),
+            ProcessNoise::Parameter(i) => Some(NoiseLevelSource::Parameter(i as usize)),
         }
     };
     let states = FilterProblem::new(system, &task.p).states().into_iter();
-    states.map(|i| level(i).unwrap_or(Level::Estimated)).collect()
+    states.map(|i| level(i).unwrap_or(NoiseLevelSource::Estimated)).collect()
 }
 
 /// Whether a direction is estimated. All states have one; some initial values are given.
-pub(super) fn is_free(compiled: &Compiled, request: &FitRequest, direction: &Direction) -> bool {
+pub(super) fn is_free(
+    compiled: &CompiledStages,
+    request: &FitRequest,
+    direction: &Direction,
+) -> bool {
     let dae = &compiled.dae;
     match direction {
         Direction::Parameter(_) => true,
@@ -194,7 +202,7 @@ struct Outcome<'a> {
     found: &'a PredictionError,
     /// Names of the recordings.
     recording_names: Vec<String>,
-    train: Evaluation,
+    train: OutputErrorEvaluation,
     valid: Option<Tested>,
     intervals: Intervals,
     left_out: &'a LeftOut,
@@ -205,7 +213,7 @@ impl Estimated for Outcome<'_> {
         self.task.system.signature()
     }
 
-    fn estimates(&self) -> &[Estimate] {
+    fn estimates(&self) -> &[ParameterEstimate] {
         &self.found.estimates
     }
 
@@ -250,16 +258,17 @@ impl Outcome<'_> {
                 PredictionErrorProblem { recordings: &valid.recordings, ..problem.clone() };
             draw(&held_out, &valid.starts, &request.valid)?;
         }
-        Ok(figure::beside(&subjects, panels, Text::plain("Time").with_unit("s")))
+        Ok(figure::beside(&subjects, panels, MathText::plain("Time").with_unit("s")))
     }
 
-    fn rms(&self, evaluation: &Evaluation, output: usize) -> Option<f64> {
+    fn rms(&self, evaluation: &OutputErrorEvaluation, output: usize) -> Option<f64> {
         rms_of(evaluation, output, &self.signature().outputs[output].unit)
     }
 
     fn result(&self) -> FitResult {
         let (signature, found, task) = (self.signature(), self.found, self.task);
-        let of_parameter = |estimate: &&Estimate| matches!(estimate.of, Direction::Parameter(_));
+        let of_parameter =
+            |estimate: &&ParameterEstimate| matches!(estimate.of, Direction::Parameter(_));
         let parameters = found.estimates.iter().filter(of_parameter);
         let starts = self.request.data.iter().enumerate().map(|(r, path)| {
             let starts = found.estimates.iter().filter(|estimate| estimate.recording == Some(r));
@@ -332,11 +341,11 @@ impl Outcome<'_> {
     fn undetermined_names(&self) -> Vec<Vec<String>> {
         let n = self.found.estimates.len();
         let sought_rates = (self.states().into_iter().zip(rates(self.task)))
-            .filter(|(_, level)| *level == Level::Estimated)
+            .filter(|(_, level)| *level == NoiseLevelSource::Estimated)
             .map(|(i, _)| format!("process noise of {}", self.signature().unknowns.name(i)));
         let outputs = self.signature().outputs.iter().zip(&self.task.noise);
         let sought_noise = outputs
-            .filter(|(_, noise)| **noise == Some(Noise::Estimated))
+            .filter(|(_, noise)| **noise == Some(NoiseSource::Estimated))
             .map(|(output, _)| format!("noise of {}", output.name));
         let levels: Vec<String> = sought_rates.chain(sought_noise).collect();
         let name = |i: usize| match i.checked_sub(n) {
@@ -409,7 +418,7 @@ fn innovations(
     output: &Output,
     i: usize,
     recording: &Recording,
-    rows: &[Row],
+    rows: &[TrackedRow],
     file: &str,
 ) -> (Subject, Panel) {
     let unit = &output.unit;
@@ -419,7 +428,7 @@ fn innovations(
     // Of two rows at one time, the second has the innovation.
     let positions = (0..recording.times.len())
         .filter(|k| recording.times.get(k + 1) != Some(&recording.times[*k]));
-    let of_row = |(k, row): (usize, &Row)| match row.innovations[i] {
+    let of_row = |(k, row): (usize, &TrackedRow)| match row.innovations[i] {
         Some(innovation) => [
             unit.from_si(samples[k] - innovation.value),
             innovation.value / factor,
@@ -431,23 +440,25 @@ fn innovations(
     let times: Vec<f64> = rows.iter().map(|row| row.t).collect();
     let column = |of: usize| values.iter().map(|row| row[of]).collect::<Vec<f64>>();
     let title = |what: &str| {
-        Text::plain(what).then(Text::name(&output.name)).then(Text::plain(&format!(", {file}")))
+        MathText::plain(what)
+            .then(MathText::name(&output.name))
+            .then(MathText::plain(&format!(", {file}")))
     };
     let subject = Subject {
         title: title(""),
         unit: symbol.to_string(),
         lines: vec![
             Line {
-                name: Text::plain("one row ahead"),
+                name: MathText::plain("one row ahead"),
                 times: times.clone(),
                 values: column(0),
-                meaning: Meaning::Simulated,
+                meaning: SeriesMeaning::Simulated,
             },
             Line {
-                name: Text::plain("measured"),
+                name: MathText::plain("measured"),
                 times: recording.times.clone(),
                 values: measured,
-                meaning: Meaning::Measured,
+                meaning: SeriesMeaning::Measured,
             },
         ],
     };
@@ -472,8 +483,8 @@ fn level_row(name: String, level: LevelEstimate, unit: &Unit, scale: f64) -> [St
     let value = level.value * scale / unit.factor.abs();
     let std = match (level.log_std, level.at_bound) {
         (Some(std), _) => significant(std * value, 2),
-        (None, Some(Bound::Lower)) => "none is needed".to_owned(),
-        (None, Some(Bound::Upper)) => "at its upper bound".to_owned(),
+        (None, Some(BoundReached::Lower)) => "none is needed".to_owned(),
+        (None, Some(BoundReached::Upper)) => "at its upper bound".to_owned(),
         (None, None) => "-".to_owned(),
     };
     [name, significant(value, 3), std, unit.symbol.to_string()]

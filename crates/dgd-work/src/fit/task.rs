@@ -4,16 +4,16 @@ use std::path::PathBuf;
 
 use dgd_compiler::diagnostics::{Code, Diagnostic};
 use dgd_compiler::model::ModelOptions;
-use dgd_compiler::pipeline::{Compiled, Directions};
-use dgd_compiler::source::Sources;
+use dgd_compiler::pipeline::{CompiledStages, SensitivityDirections};
+use dgd_compiler::source::SourceMap;
 use dgd_data::files::journal::RunJournal;
-use dgd_execute::Loaded;
+use dgd_execute::LoadedSystem;
 use dgd_identify::filter::FilterProblem;
-use dgd_identify::journal::{Digest, Keeping};
+use dgd_identify::journal::{Digest, JournalScope};
 use dgd_identify::{
-    Estimate, EstimateError, Evaluation, Fit, Noise, NoiseCorrelation, OutputErrorProblem, Prior,
-    Recording, StoppingRule, Termination, TrialFailed, TrialFailure, counts_from, evaluate,
-    fit_starts, nonlinear, operating_points,
+    EstimateError, Fit, NoiseCorrelation, NoiseSource, OutputErrorEvaluation, OutputErrorProblem,
+    ParameterEstimate, Prior, Recording, StoppingRule, Termination, TrialFailed, TrialFailure,
+    counts_from, evaluate, fit_starts, nonlinear, operating_points,
 };
 use dgd_runtime::linearize::NotLinearised;
 use dgd_runtime::signature::PriorDensity;
@@ -42,15 +42,15 @@ const MOST_EVALUATIONS_OF_ROWS: usize = 5000;
 
 /// The set-up of a fit.
 pub(super) struct Task<'s> {
-    pub(super) compiled: Compiled,
-    pub(super) sources: Sources,
+    pub(super) compiled: CompiledStages,
+    pub(super) sources: SourceMap,
     pub(super) options_of_model: ModelOptions,
-    pub(super) system: Loaded,
+    pub(super) system: LoadedSystem,
     /// Parameters from the model file and `--set`, SI.
     pub(super) p: Vec<f64>,
     pub(super) train: Vec<Recording>,
     pub(super) valid: Vec<Recording>,
-    pub(super) noise: Vec<Option<Noise>>,
+    pub(super) noise: Vec<Option<NoiseSource>>,
     /// Outputs whose noise cannot be estimated.
     pub(super) few: FewSamples,
     /// Whether a file has rows without time.
@@ -74,9 +74,9 @@ impl<'s> Task<'s> {
         let options_of_model = compilation.options(&request.choices)?;
         let (free, fixed) = compilation.sought(&request.sought);
         let directions = if request.regression.estimator == Estimator::PredictionError {
-            Directions::Tracked { free, fixed }
+            SensitivityDirections::Tracked { free, fixed }
         } else {
-            Directions::Estimated { free, fixed }
+            SensitivityDirections::Estimated { free, fixed }
         };
         let apply = &request.choices.apply;
         let compiled =
@@ -139,7 +139,7 @@ impl<'s> Task<'s> {
             }
             Estimator::PredictionError => {
                 let levels = FilterProblem::new(system.as_model(), &p).states().len()
-                    + noise.iter().filter(|noise| **noise == Some(Noise::Estimated)).count();
+                    + noise.iter().filter(|noise| **noise == Some(NoiseSource::Estimated)).count();
                 let is_free = |direction: &Direction| {
                     prediction_error::is_free(&compiled, request, direction)
                 };
@@ -154,10 +154,10 @@ impl<'s> Task<'s> {
         let few = FewSamples::find(&signature.outputs, &train, &mut noise, estimates);
         let sources = compilation.sources;
         session.spare(&sources)?;
-        let of_program = || Digest::EMPTY.of(&compiled.program);
+        let of_program = || Digest::EMPTY.debug(&compiled.program);
         // Only the estimator that simulates takes long enough for a journal.
         let journal = if request.regression.estimator == Estimator::OutputError {
-            let input = || of_program().of(&(&p, &train, &valid, &noise)).of(&options);
+            let input = || of_program().debug(&(&p, &train, &valid, &noise)).debug(&options);
             keeping::journal(&request.keep, input, session)?
         } else if request.keep.resume {
             return Err(WorkError::Usage("`--resume` needs `--estimator output-error`".to_owned()));
@@ -199,7 +199,7 @@ impl<'s> Task<'s> {
         place: LinearizeAt,
         problem: &OutputErrorProblem<'_>,
         fit: &Fit,
-        train: &Evaluation,
+        train: &OutputErrorEvaluation,
         request: &FitRequest,
     ) -> Result<Linearised, WorkError> {
         let failed = |error| self.failed(EstimateError::Start(error), &request.data);
@@ -224,7 +224,7 @@ impl<'s> Task<'s> {
         let prior = |(parameter, declared): (usize, &dgd_compiler::model::Parameter)| {
             // A uniform prior acts as bounds.
             let density = declared.prior.filter(|of| !matches!(of, PriorDensity::Uniform { .. }));
-            density.map(|density| Prior::of(parameter, density))
+            density.map(|density| Prior::for_parameter(parameter, density))
         };
         let smooth = |of: &dgd_compiler::model::Smoothness| Prior {
             weights: of.weights.iter().map(|(i, weight)| (*i as usize, *weight)).collect(),
@@ -244,8 +244,8 @@ impl<'s> Task<'s> {
             threads: self.session.threads,
             watch: self.session.listener,
             keeping: match &self.journal {
-                Some(journal) => Keeping { journal, of: self.digest },
-                None => Keeping::NOTHING,
+                Some(journal) => JournalScope { journal, of: self.digest },
+                None => JournalScope::NOTHING,
             },
             ..OutputErrorProblem::new(self.system.as_model(), &self.p, &self.train)
         }
@@ -256,7 +256,7 @@ impl<'s> Task<'s> {
         problem: &OutputErrorProblem<'_>,
         fit: &Fit,
         paths: &[PathBuf],
-    ) -> Result<Evaluation, WorkError> {
+    ) -> Result<OutputErrorEvaluation, WorkError> {
         evaluate(problem, &fit.p, &fit.starts)
             .map_err(|error| self.failed(EstimateError::Start(error), paths))
     }
@@ -271,8 +271,8 @@ impl<'s> Task<'s> {
         if self.valid.is_empty() {
             return Ok(None);
         }
-        let of_fit = |(noise, sigma): (&Option<Noise>, &Option<f64>)| {
-            noise.filter(|noise| noise.is_likelihood()).or(sigma.map(Noise::Known))
+        let of_fit = |(noise, sigma): (&Option<NoiseSource>, &Option<f64>)| {
+            noise.filter(|noise| noise.is_likelihood()).or(sigma.map(NoiseSource::Known))
         };
         let noise = problem.noise.iter().zip(&fit.noise).map(of_fit).collect();
         let held_out =
@@ -440,7 +440,7 @@ fn stalled(fit: &Fit) -> String {
 }
 
 /// The sentence for a search that ended on a plateau between bounds.
-pub(super) fn flat(estimates: &[Estimate]) -> String {
+pub(super) fn flat(estimates: &[ParameterEstimate]) -> String {
     let bound = estimates.iter().filter(|estimate| estimate.at_bound.is_some());
     let bound: Vec<String> = bound.map(|estimate| format!("`{}`", estimate.name)).collect();
     let at_bounds = match bound.len() {
@@ -480,7 +480,7 @@ fn named(failed: &TrialFailed, paths: &[PathBuf]) -> String {
 /// The outputs named by `--outputs`; all if it names none.
 fn used_outputs(
     compilation: &mut Compilation<'_>,
-    compiled: &Compiled,
+    compiled: &CompiledStages,
     names: &[String],
 ) -> Vec<bool> {
     let outputs = &compiled.program.signature.outputs;
@@ -497,7 +497,7 @@ fn used_outputs(
         let known: Vec<&str> = outputs.iter().map(|output| &*output.name).collect();
         let help = meant(&name.text, &known);
         let message = format!("no output is called `{}`", name.text);
-        let diagnostic = Diagnostic::new(Code::E201, name.span, message).help(help);
+        let diagnostic = Diagnostic::new(Code::UnknownName, name.span, message).help(help);
         compilation.diagnostics.error(diagnostic);
     }
     used

@@ -1,6 +1,6 @@
 //! A plot of poles in the complex plane, labelled with time constants.
 
-use dgd_plot::{Figure, Panel, Series, Style, Text};
+use dgd_plot::{Figure, MathText, Panel, PlotSeries, SeriesStyle};
 use dgd_runtime::linearize::Pole;
 
 use crate::output::quantity::short;
@@ -48,12 +48,12 @@ pub(super) fn poles(title: &str, poles: &[Pole], conserved: usize) -> Figure {
         series.push(frame.crosses(&text, &[]));
     }
     let panel = Panel {
-        title: Text::plain(title),
-        y_label: Text::plain("imaginary part").with_unit("rad/s"),
+        title: MathText::plain(title),
+        y_label: MathText::plain("imaginary part").with_unit("rad/s"),
         series,
         ..Panel::default()
     };
-    Figure::new(Text::plain("Real part").with_unit("1/s"), vec![panel])
+    Figure::new(MathText::plain("Real part").with_unit("1/s"), vec![panel])
 }
 
 /// The visible part of the plane.
@@ -78,14 +78,14 @@ impl Frame {
     }
 
     /// Both axes; poles left of the imaginary axis are stable.
-    fn axes(&self) -> Series {
+    fn axes(&self) -> PlotSeries {
         let x = vec![0.0, 0.0, f64::NAN, self.left, self.right];
         let y = vec![-self.height, self.height, f64::NAN, 0.0, 0.0];
-        Series::new(Text::plain("axes"), Style::ThinLine, x, y)
+        PlotSeries::new(MathText::plain("axes"), SeriesStyle::ThinLine, x, y)
     }
 
     /// A cross for each pole, two for a pair.
-    fn crosses(&self, name: &str, poles: &[Pole]) -> Series {
+    fn crosses(&self, name: &str, poles: &[Pole]) -> PlotSeries {
         let (mut x, mut y) = (Vec::new(), Vec::new());
         let (dx, dy) = (ARM * (self.right - self.left), 2.0 * ARM * SLENDER * self.height);
         for pole in poles {
@@ -95,7 +95,7 @@ impl Frame {
                 y.extend([im - dy, im + dy, f64::NAN, im + dy, im - dy, f64::NAN]);
             }
         }
-        Series::new(Text::plain(name), Style::Line, x, y)
+        PlotSeries::new(MathText::plain(name), SeriesStyle::Line, x, y)
     }
 }
 
@@ -157,9 +157,9 @@ mod tests {
             [pole(0.0, 0.0), pole(-0.01, 0.0), pole(-1.0, 3.0), pole(-1.0, -3.0), pole(-1e6, 0.0)];
         let figure = poles("loop", &plane, 1);
         let series = &figure.panels[0].series;
-        let names: Vec<&Text> = series.iter().map(|series| &series.name).collect();
+        let names: Vec<&MathText> = series.iter().map(|series| &series.name).collect();
         let expected = ["0, conserved", "100 s", "1 s, period 2.1 s", "axes", "1 outside, 1 µs"];
-        assert_eq!(names, expected.map(Text::plain).iter().collect::<Vec<_>>());
+        assert_eq!(names, expected.map(MathText::plain).iter().collect::<Vec<_>>());
         // The midpoints of two crosses.
         let middle = |k: usize| {
             let crosses = &series[2];

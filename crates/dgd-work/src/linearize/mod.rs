@@ -4,8 +4,8 @@ mod figure;
 mod page;
 mod report;
 
-use dgd_compiler::pipeline::Directions;
-use dgd_runtime::linearize::{OperatingPoint, Rest, SteadyStateError, rest};
+use dgd_compiler::pipeline::SensitivityDirections;
+use dgd_runtime::linearize::{OperatingPoint, SteadyState, SteadyStateError, rest};
 use dgd_runtime::{Inputs, Problem};
 
 use crate::error::WorkError;
@@ -38,15 +38,15 @@ pub fn linearize(
         let message = format!("`--at {t}`: the run begins at {from} s, so it never gets there");
         return Err(WorkError::Usage(message));
     }
-    let loaded = load(&request.model, &request.choices, &Directions::None, session)?;
+    let loaded = load(&request.model, &request.choices, &SensitivityDirections::None, session)?;
     let run = Run::prepare(&run_request(request), loaded, session)?;
     let from = run.times[0];
     session.listener.begins(false);
-    let Rest { at, conserved } = match request.at {
+    let SteadyState { at, conserved } = match request.at {
         LinearizeAt::Time(t) => {
             let reach = || OperatingPoint::reached(&run.problem(), from, t, &run.options);
             let reached = told(session, [from, t], reach);
-            Rest { at: reached.map_err(failed)?, conserved: Vec::new() }
+            SteadyState { at: reached.map_err(failed)?, conserved: Vec::new() }
         }
         LinearizeAt::Steady => rest(&run.problem(), from, &run.options).map_err(no_rest)?,
         LinearizeAt::Mean if request.data.is_none() => {

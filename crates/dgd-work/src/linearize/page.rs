@@ -1,7 +1,7 @@
 //! The page of a linear model: its poles, the point, its matrices.
 
-use dgd_page::{Cell, Link, Markup, Page, Table, Tone};
-use dgd_plot::Text;
+use dgd_page::{ChartLink, HeadlineTone, Markup, Page, PageCell, PageTable};
+use dgd_plot::MathText;
 use dgd_runtime::linearize::Stability;
 
 use super::Linearised;
@@ -20,7 +20,7 @@ impl Linearised {
         let kind = Markup::text("Linear model of ").then(&Markup::code(&result.model));
         let (headline, tone) = self.headline(result.steady);
         page.push_header(&kind, &Markup::prose(&headline), tone, &[poles(&result)]);
-        let chart = page.chart(&self.figure(), Link::Alone, &Markup::default());
+        let chart = page.chart(&self.figure(), ChartLink::Alone, &Markup::default());
         page.push_section("Poles", &[chart]);
         page.push_section("The point", &[point(&result)]);
         let states = quantities(&result.states, |state| &state.quantity);
@@ -42,7 +42,7 @@ impl Linearised {
         page.finish(&origin(&self.provenance, command))
     }
 
-    fn headline(&self, is_steady: bool) -> (String, Tone) {
+    fn headline(&self, is_steady: bool) -> (String, HeadlineTone) {
         let poles = self.poles();
         let slowest = poles.poles.iter().filter(|pole| !pole.is_on_axis());
         let slowest = slowest.map(|pole| pole.time_constant().abs()).reduce(f64::max);
@@ -51,10 +51,10 @@ impl Linearised {
         });
         let place = if is_steady { "its steady state" } else { "a point of its run" };
         let (word, tone) = match poles.stability() {
-            Stability::Stable => ("Stable", Tone::Good),
-            Stability::Marginal => ("On the border of stability", Tone::Doubt),
-            Stability::Unstable => ("Unstable", Tone::Doubt),
-            Stability::Unknown => ("No pole was found that makes it unstable", Tone::Plain),
+            Stability::Stable => ("Stable", HeadlineTone::Good),
+            Stability::Marginal => ("On the border of stability", HeadlineTone::Doubt),
+            Stability::Unstable => ("Unstable", HeadlineTone::Doubt),
+            Stability::Unknown => ("No pole was found that makes it unstable", HeadlineTone::Plain),
         };
         (format!("{word} close to {place}{slowest}"), tone)
     }
@@ -66,12 +66,12 @@ fn quantities<T>(all: &[T], quantity: impl Fn(&T) -> &PointQuantity) -> Vec<&Poi
 
 fn poles(result: &LinearResult) -> Markup {
     let head = ["pole, 1/s", "± i, 1/s", "time constant, s", "damping", "period, s"];
-    let mut table = Table::new("Poles", &head);
+    let mut table = PageTable::new("Poles", &head);
     for pole in result.poles.iter().filter(|pole| pole.im >= 0.0) {
         let im = Some(pole.im).filter(|im| *im != 0.0);
         table.rows.push(vec![
             number(Some(pole.re), 5),
-            Cell::number(&im.map_or_else(String::new, |im| short(im, 5)), im),
+            PageCell::number(&im.map_or_else(String::new, |im| short(im, 5)), im),
             number(pole.time_constant, 5),
             number(pole.damping, 5),
             number(pole.period, 5),
@@ -85,7 +85,7 @@ fn point(result: &LinearResult) -> Markup {
     let is_rest = result.steady;
     let head = ["name", "is", "value", "unit", "slope, unit/s"];
     let head = if is_rest { &head[..4] } else { &head[..] };
-    let mut table = Table::new("Values at the point", head);
+    let mut table = PageTable::new("Values at the point", head);
     let states = result.states.iter().map(|one| (&one.quantity, "state", Some(one.slope)));
     let inputs = result.inputs.iter().map(|one| (&one.quantity, "input", None));
     let outputs = result.outputs.iter().map(|one| (&one.quantity, "output", None));
@@ -120,14 +120,14 @@ fn table(
         return Markup::text(&words).paragraph();
     }
     let label = |one: &&PointQuantity| {
-        let unit = Text::default().with_unit(&one.unit);
+        let unit = MathText::default().with_unit(&one.unit);
         Markup::code(&one.name).then(&Markup::text(" ")).then(&Markup::from(&unit))
     };
-    let mut table = Table::new(matrix, &[]);
+    let mut table = PageTable::new(matrix, &[]);
     table.head = std::iter::once(Markup::text("of")).chain(columns.iter().map(label)).collect();
     for (row, values) in rows.iter().zip(values) {
         let cells = values.iter().map(|value| number(*value, 5));
-        table.rows.push(std::iter::once(Cell::text(label(row))).chain(cells).collect());
+        table.rows.push(std::iter::once(PageCell::text(label(row))).chain(cells).collect());
     }
     table.to_markup()
 }

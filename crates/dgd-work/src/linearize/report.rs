@@ -6,7 +6,7 @@ use std::io;
 use dgd_data::cell::{push_number, quoted};
 use dgd_plot::Figure;
 use dgd_runtime::linearize::{
-    Channel, DMatrix, LateUnknown, OperatingPoint, Pole, Poles, Stability, StateSpace,
+    DMatrix, LinearDelay, LinearInput, OperatingPoint, Pole, Poles, Stability, StateSpace,
 };
 use dgd_runtime::{Output, Signature, Unit};
 use serde::{Serialize, Serializer};
@@ -20,8 +20,8 @@ use crate::output::quantity::of_differences;
 use crate::output::table::{exact, push_table, significant};
 use crate::request::LinearizeAt;
 use crate::result::linearize::{
-    DelayedUnknown, EliminatedUnknown, LinearInput, LinearMode, LinearOutput, LinearResult,
-    LinearState, PointQuantity, PoleEntry, StabilityOtherwise,
+    DelayedUnknownEntry, EliminatedEntry, LinearInputEntry, LinearModeEntry, LinearOutputEntry,
+    LinearResult, LinearStateEntry, PointQuantity, PoleEntry, StabilityOtherwise,
 };
 
 /// Significant digits of printed values.
@@ -187,12 +187,12 @@ impl Linearised {
             states.iter().zip(&system.rates).map(|(state, rate)| state.rate(*rate)).collect();
         let eliminated = system.eliminated.iter().map(|row| (unknown(row), *row));
         let eliminated = eliminated.filter(|(quantity, _)| !is_share(&quantity.name)).collect();
-        let sources = system.late.iter().map(|late| unknown(&late.unknown)).collect();
+        let sources = system.delayed_unknowns.iter().map(|late| unknown(&late.unknown)).collect();
         let late_input = |input: usize, tau: f64| {
             let name = &signature.inputs[input].name;
             if tau == 0.0 { name.to_string() } else { late_name(name, tau) }
         };
-        let channel = |(channel, value): (&Channel, &f64)| {
+        let channel = |(channel, value): (&LinearInput, &f64)| {
             let unit = signature.inputs[channel.input()].unit.clone();
             let delayed = |tau| Quantity {
                 name: late_input(channel.input(), tau),
@@ -200,20 +200,20 @@ impl Linearised {
                 value: *value,
             };
             match *channel {
-                Channel::Input(_) => delayed(0.0),
-                Channel::Late { tau, .. } => delayed(tau),
-                Channel::Slope { tau, .. } => {
+                LinearInput::Input(_) => delayed(0.0),
+                LinearInput::Delayed { tau, .. } => delayed(tau),
+                LinearInput::Slope { tau, .. } => {
                     let delayed = delayed(tau);
                     Quantity { name: format!("der({})", delayed.name), ..delayed.rate(*value) }
                 }
             }
         };
         let channels = system.channels.iter().zip(&system.u).map(channel).collect();
-        let late = |(late, value): (&LateUnknown, &f64)| {
+        let late = |(late, value): (&LinearDelay, &f64)| {
             let source = unknown(&late.unknown);
             Quantity { name: late_name(&source.name, late.tau), value: *value, ..source }
         };
-        let late = system.late.iter().zip(&system.v).map(late).collect();
+        let late = system.delayed_unknowns.iter().zip(&system.v).map(late).collect();
         let output = |(output, value): (&Output, &f64)| Quantity {
             name: output.name.to_string(),
             unit: output.unit.clone(),
@@ -295,10 +295,12 @@ impl Linearised {
 
     /// The nonempty matrices.
     fn matrices(&self) -> [Matrix<'_>; 9] {
-        let StateSpace { a, b, c, d, late_a, late_c, late_x, late_u, late_v, .. } = &self.system;
+        let StateSpace {
+            a, b, c, d, delayed_a, delayed_c, delayed_x, delayed_u, delayed_v, ..
+        } = &self.system;
         let Self { states, rates, channels, late, sources, outputs, .. } = self;
         // A delayed state has no entry of its own.
-        let of_states = self.system.late.iter();
+        let of_states = self.system.delayed_unknowns.iter();
         let all_states =
             of_states.map(|late| late.unknown).all(|i| self.system.states.contains(&i));
         let sources: &[Quantity] = if all_states { &[] } else { sources };
@@ -307,11 +309,11 @@ impl Linearised {
             ("B", "slopes of the states by the inputs", rates, channels, b),
             ("C", "outputs by the states", outputs, states, c),
             ("D", "outputs by the inputs", outputs, channels, d),
-            ("A1", "slopes of the states by what acts late", rates, late, late_a),
-            ("C1", "outputs by what acts late", outputs, late, late_c),
-            ("E", "what will act late by the states", sources, states, late_x),
-            ("F", "what will act late by the inputs", sources, channels, late_u),
-            ("G", "what will act late by what does", sources, late, late_v),
+            ("A1", "slopes of the states by what acts late", rates, late, delayed_a),
+            ("C1", "outputs by what acts late", outputs, late, delayed_c),
+            ("E", "what will act late by the states", sources, states, delayed_x),
+            ("F", "what will act late by the inputs", sources, channels, delayed_u),
+            ("G", "what will act late by what does", sources, late, delayed_v),
         ];
         let matrix =
             |(name, about, rows, columns, entries)| Matrix { name, about, rows, columns, entries };
@@ -382,7 +384,7 @@ impl Linearised {
             let mut table = vec![["eliminated", "value", "unit", "by"].map(str::to_owned)];
             for (quantity, row) in &self.eliminated {
                 let [name, value, unit] = cells(quantity);
-                table.push([name, value, unit, self.signature.equations.at(*row).to_string()]);
+                table.push([name, value, unit, self.signature.equations.get(*row).to_string()]);
             }
             text.push('\n');
             push_table(text, &table);
@@ -473,28 +475,31 @@ impl Linearised {
     /// The result, for programs.
     pub fn result(&self) -> LinearResult {
         let states = self.states.iter().zip(&self.rates);
-        let eliminated = self.eliminated.iter().map(|(own, row)| EliminatedUnknown {
+        let eliminated = self.eliminated.iter().map(|(own, row)| EliminatedEntry {
             quantity: own.entry(),
-            by: self.signature.equations.at(*row).to_string(),
+            by: self.signature.equations.get(*row).to_string(),
         });
         let channels = self.channels.iter().zip(&self.system.channels).map(|(own, channel)| {
             let (delay, slope) = match *channel {
-                Channel::Input(_) => (0.0, false),
-                Channel::Late { tau, .. } => (tau, false),
-                Channel::Slope { tau, .. } => (tau, true),
+                LinearInput::Input(_) => (0.0, false),
+                LinearInput::Delayed { tau, .. } => (tau, false),
+                LinearInput::Slope { tau, .. } => (tau, true),
             };
             let input = self.signature.inputs[channel.input()].name.to_string();
-            LinearInput { quantity: own.entry(), input, delay, slope }
+            LinearInputEntry { quantity: own.entry(), input, delay, slope }
         });
-        let late = self.late.iter().zip(&self.system.late).map(|(own, late)| DelayedUnknown {
-            quantity: own.entry(),
-            unknown: self.signature.unknowns.name(late.unknown).to_string(),
-            delay: late.tau,
+        let late = self.late.iter().zip(&self.system.delayed_unknowns).map(|(own, late)| {
+            DelayedUnknownEntry {
+                quantity: own.entry(),
+                unknown: self.signature.unknowns.name(late.unknown).to_string(),
+                delay: late.tau,
+            }
         });
         let outputs = self.outputs.iter().zip(&self.system.output_delays);
-        let modes = self
-            .modes()
-            .map(|(modes, mode)| LinearMode { modes: modes.to_owned(), mode: mode.to_owned() });
+        let modes = self.modes().map(|(modes, mode)| LinearModeEntry {
+            modes: modes.to_owned(),
+            mode: mode.to_owned(),
+        });
         let poles = self.poles.poles.iter().map(|pole: &Pole| PoleEntry {
             re: pole.re,
             im: pole.im,
@@ -509,11 +514,14 @@ impl Linearised {
             t: self.at.t,
             steady: self.place.is_rest(),
             states: states
-                .map(|(state, rate)| LinearState { quantity: state.entry(), slope: rate.value() })
+                .map(|(state, rate)| LinearStateEntry {
+                    quantity: state.entry(),
+                    slope: rate.value(),
+                })
                 .collect(),
             inputs: channels.collect(),
             outputs: outputs
-                .map(|(own, delay)| LinearOutput { quantity: own.entry(), delay: *delay })
+                .map(|(own, delay)| LinearOutputEntry { quantity: own.entry(), delay: *delay })
                 .collect(),
             eliminated: eliminated.collect(),
             late: late.collect(),

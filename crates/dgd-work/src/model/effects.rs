@@ -11,13 +11,13 @@
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
-use dgd_compiler::diagnostics::{Code, Diagnostic, Diagnostics, Reported, suggestion};
-use dgd_compiler::effects::{Application, Effect};
-use dgd_compiler::source::{Source, SourceId, Sources, Span};
-use dgd_compiler::syntax::ast::{Ast, Name, Target};
+use dgd_compiler::diagnostics::{Code, Diagnostic, Diagnostics, ErrorReported, suggestion};
+use dgd_compiler::effects::{Effect, EffectApplication};
+use dgd_compiler::source::{SourceId, SourceMap, SourceText, Span};
+use dgd_compiler::syntax::ast::{Ast, EffectTarget, Name};
 use dgd_compiler::syntax::parse;
 use dgd_data::FileSystem;
-use dgd_data::open::{Entry, read_import};
+use dgd_data::open::{FolderEntry, read_import};
 
 use crate::error::WorkError;
 use crate::model::{Compilation, read_model};
@@ -37,8 +37,12 @@ pub(crate) struct Asked {
 }
 
 impl Asked {
-    pub(crate) fn application(&self) -> Application<'_> {
-        Application { effect: &self.effect, arguments: self.arguments.clone(), span: self.span }
+    pub(crate) fn application(&self) -> EffectApplication<'_> {
+        EffectApplication {
+            effect: &self.effect,
+            arguments: self.arguments.clone(),
+            span: self.span,
+        }
     }
 }
 
@@ -47,7 +51,7 @@ pub(crate) fn asked(
     model: &Path,
     argument: SourceId,
     compilation: &mut Compilation<'_>,
-) -> Result<Result<Asked, Reported>, WorkError> {
+) -> Result<Result<Asked, ErrorReported>, WorkError> {
     let text = compilation.sources.get(argument).text.clone();
     let (file, arguments) = words(&text, argument)?;
     let path = path_of(compilation.files, model, file)?;
@@ -68,27 +72,27 @@ pub(crate) fn asked(
 ///
 /// # Errors
 ///
-/// [`Reported`] if a file cannot be read or is not an effect; the others are checked as well.
+/// [`ErrorReported`] if a file cannot be read or is not an effect; the others are checked as well.
 pub fn load_folder(
     files: &dyn FileSystem,
     folder: &Path,
-    sources: &mut Sources,
+    sources: &mut SourceMap,
     diagnostics: &mut Diagnostics,
-) -> Result<Vec<Effect>, Reported> {
+) -> Result<Vec<Effect>, ErrorReported> {
     let mut effects = Vec::new();
     let mut failed = None;
     for (_, path) in effect_files(files, folder) {
         let name = path.display().to_string();
         let read = match read_import(files, &path) {
             Ok(text) => {
-                let id = sources.add(Source { name, text });
+                let id = sources.add(SourceText { name, text });
                 parse(id, sources, diagnostics).and_then(|ast| Effect::read(ast, diagnostics))
             }
             Err(error) => {
                 let message = format!("cannot read this file: {error}");
-                let source = sources.add(Source { name, text: String::new() });
+                let source = sources.add(SourceText { name, text: String::new() });
                 let span = Span { source, start: 0, end: 0 };
-                Err(diagnostics.error(Diagnostic::new(Code::E112, span, message)))
+                Err(diagnostics.error(Diagnostic::new(Code::EmptyFile, span, message)))
             }
         };
         match read {
@@ -112,15 +116,15 @@ pub struct Applicable {
 /// The effects beside a model that are for it and need no arguments, by name. Unreadable files are skipped.
 pub fn applicable(files: &dyn FileSystem, path: &Path, model: &str) -> Vec<Applicable> {
     let one = |(name, file): (String, PathBuf)| {
-        let (mut sources, mut diagnostics) = (Sources::default(), Diagnostics::default());
+        let (mut sources, mut diagnostics) = (SourceMap::default(), Diagnostics::default());
         let text = read_import(files, &file).ok()?;
-        let id = sources.add(Source { name: file.display().to_string(), text });
+        let id = sources.add(SourceText { name: file.display().to_string(), text });
         let header = parse(id, &sources, &mut diagnostics).ok()?.effect?;
         match header.target {
-            Target::Model(target) if target.text == model => {
+            EffectTarget::Model(target) if target.text == model => {
                 Some(Applicable { name, doc: header.doc.join(" ").trim().to_owned() })
             }
-            Target::Model(_) | Target::Template(_) => None,
+            EffectTarget::Model(_) | EffectTarget::Template(_) => None,
         }
     };
     effect_files(files, &folder_of(path)).into_iter().filter_map(one).collect()
@@ -128,7 +132,7 @@ pub fn applicable(files: &dyn FileSystem, path: &Path, model: &str) -> Vec<Appli
 
 /// The model of an effect, if it is at the usual place, above the folder of effects.
 pub(crate) fn model_of(files: &dyn FileSystem, path: &Path, effect: &Effect) -> Option<PathBuf> {
-    let Target::Model(name) = &effect.target else { return None };
+    let EffectTarget::Model(name) = &effect.target else { return None };
     let file = format!("{}.{ENDING}", name.text);
     // effects/NAME.dgd or effects/NAME/FORM.dgd
     let above = path.ancestors().skip(2).take(2).map(|folder| folder.join(&file));
@@ -144,9 +148,9 @@ pub(crate) fn folder_of(model: &Path) -> PathBuf {
 pub(crate) fn parsed(
     path: &Path,
     compilation: &mut Compilation<'_>,
-) -> Result<Result<Ast, Reported>, WorkError> {
+) -> Result<Result<Ast, ErrorReported>, WorkError> {
     let Compilation { files, sources, diagnostics } = compilation;
-    let source = Source { name: path.display().to_string(), text: read_model(*files, path)? };
+    let source = SourceText { name: path.display().to_string(), text: read_model(*files, path)? };
     let id = sources.add(source);
     Ok(parse(id, sources, diagnostics))
 }
@@ -241,6 +245,6 @@ fn effect_files(files: &dyn FileSystem, folder: &Path) -> Vec<(String, PathBuf)>
 }
 
 /// Whether an entry looks like an effect file. Reading one that is not a regular file fails with a reason.
-fn is_effect_file(entry: &Entry) -> bool {
+fn is_effect_file(entry: &FolderEntry) -> bool {
     entry.path.extension().is_some_and(|ending| ending == ENDING) && !entry.is_folder
 }

@@ -5,11 +5,13 @@ pub(crate) mod sets;
 
 use std::path::{Path, PathBuf};
 
-use dgd_compiler::diagnostics::{Diagnostics, Reported};
-use dgd_compiler::effects::{Application, Applied, Blending, apply as apply_effects, write};
+use dgd_compiler::diagnostics::{Diagnostics, ErrorReported};
+use dgd_compiler::effects::{
+    EffectApplication, EffectBlending, ModelWithEffects, apply as apply_effects, write,
+};
 use dgd_compiler::model::{Model, ModelOptions, Setting, resolve};
-use dgd_compiler::pipeline::{self, Compiled, Directions, compile_asts};
-use dgd_compiler::source::{Source, SourceId, Sources, Span};
+use dgd_compiler::pipeline::{self, CompiledStages, SensitivityDirections, compile_asts};
+use dgd_compiler::source::{SourceId, SourceMap, SourceText, Span};
 use dgd_compiler::syntax;
 use dgd_compiler::syntax::ast::{Ast, Name};
 use dgd_data::FileSystem;
@@ -25,9 +27,9 @@ use crate::session::Session;
 #[non_exhaustive]
 pub struct LoadedModel {
     /// Every stage of the compiler.
-    pub compiled: Compiled,
+    pub compiled: CompiledStages,
     /// The source texts of the model, its imports and effects.
-    pub sources: Sources,
+    pub sources: SourceMap,
     /// Digest of the source texts.
     pub digest: String,
     /// The syntax trees after effects were applied; `None` without effects.
@@ -36,7 +38,11 @@ pub struct LoadedModel {
 
 impl LoadedModel {
     /// A model compiled from the texts read so far.
-    pub(crate) fn new(compiled: Compiled, sources: Sources, changed: Option<Changed>) -> Self {
+    pub(crate) fn new(
+        compiled: CompiledStages,
+        sources: SourceMap,
+        changed: Option<Changed>,
+    ) -> Self {
         LoadedModel { digest: provenance::of_model(&sources), compiled, sources, changed }
     }
 }
@@ -47,13 +53,13 @@ pub struct Changed {
     /// The original trees: the model, then its libraries.
     pub before: Vec<Ast>,
     /// The trees with the effects applied.
-    pub applied: Applied,
+    pub applied: ModelWithEffects,
 }
 
 impl Changed {
     /// The changed model as text; `sources` are its sources.
-    pub fn text(&self, sources: &Sources) -> String {
-        let Applied { asts, brought } = &self.applied;
+    pub fn text(&self, sources: &SourceMap) -> String {
+        let ModelWithEffects { asts, brought } = &self.applied;
         write(&self.before[0], &asts[0], brought, sources)
     }
 }
@@ -61,7 +67,7 @@ impl Changed {
 /// A compilation in progress, which collects diagnostics.
 pub(crate) struct Compilation<'a> {
     pub files: &'a dyn FileSystem,
-    pub sources: Sources,
+    pub sources: SourceMap,
     pub diagnostics: Diagnostics,
 }
 
@@ -71,17 +77,17 @@ type Read = (Vec<Ast>, Option<Changed>);
 impl<'a> Compilation<'a> {
     /// A compilation that reads these files.
     pub(crate) fn new(files: &'a dyn FileSystem) -> Self {
-        Compilation { files, sources: Sources::default(), diagnostics: Diagnostics::default() }
+        Compilation { files, sources: SourceMap::default(), diagnostics: Diagnostics::default() }
     }
 
     /// Ends the compilation with the collected diagnostics.
-    pub(crate) fn fail(self, _: Reported) -> WorkError {
+    pub(crate) fn fail(self, _: ErrorReported) -> WorkError {
         WorkError::diagnosed(&self.diagnostics, self.sources)
     }
 
     /// Registers an argument of the command line as a source, so that diagnostics can point to it.
     pub(crate) fn argument(&mut self, flag: &str, text: &str) -> SourceId {
-        self.sources.add(Source { name: format!("({flag})"), text: text.to_owned() })
+        self.sources.add(SourceText { name: format!("({flag})"), text: text.to_owned() })
     }
 
     /// A name given on the command line.
@@ -131,8 +137,8 @@ impl<'a> Compilation<'a> {
         path: &Path,
         text: String,
         options: &ModelOptions,
-    ) -> Result<(Vec<Ast>, Model), Reported> {
-        let main = Source { name: path.display().to_string(), text };
+    ) -> Result<(Vec<Ast>, Model), ErrorReported> {
+        let main = SourceText { name: path.display().to_string(), text };
         let files = self.files;
         let mut read = |path: &str| read_import(files, Path::new(path));
         let asts = pipeline::load(main, &mut read, &mut self.sources, &mut self.diagnostics)?;
@@ -145,10 +151,10 @@ impl<'a> Compilation<'a> {
         &mut self,
         path: &Path,
         apply: &[String],
-    ) -> Result<Result<Read, Reported>, WorkError> {
+    ) -> Result<Result<Read, ErrorReported>, WorkError> {
         let sound_before = self.diagnostics.check();
         let files = self.files;
-        let main = Source { name: path.display().to_string(), text: read_model(files, path)? };
+        let main = SourceText { name: path.display().to_string(), text: read_model(files, path)? };
         let (sources, diagnostics) = (&mut self.sources, &mut self.diagnostics);
         let mut read = |path: &str| read_import(files, Path::new(path));
         let asts = pipeline::load(main, &mut read, sources, diagnostics);
@@ -163,9 +169,10 @@ impl<'a> Compilation<'a> {
                 Ok(asts) if !wanted.is_empty() => asts,
                 other => return Ok(other.map(|asts| (asts, None))),
             };
-        let applications: Vec<Application<'_>> =
+        let applications: Vec<EffectApplication<'_>> =
             wanted.iter().map(|one| one.application()).collect();
-        let applied = apply_effects(&asts, &applications, Blending::Applied, &mut self.diagnostics);
+        let applied =
+            apply_effects(&asts, &applications, EffectBlending::Applied, &mut self.diagnostics);
         Ok(applied.map(|applied| (applied.asts.clone(), Some(Changed { before: asts, applied }))))
     }
 
@@ -176,8 +183,8 @@ impl<'a> Compilation<'a> {
         path: &Path,
         apply: &[String],
         options: &ModelOptions,
-        directions: &Directions,
-    ) -> Result<Result<Compiled, Reported>, WorkError> {
+        directions: &SensitivityDirections,
+    ) -> Result<Result<CompiledStages, ErrorReported>, WorkError> {
         let (asts, changed) = match self.read(path, apply)? {
             Ok(read) => read,
             Err(reported) => return Ok(Err(reported)),
@@ -196,9 +203,9 @@ impl<'a> Compilation<'a> {
         path: &Path,
         text: String,
         options: &ModelOptions,
-        directions: &Directions,
-    ) -> Result<Compiled, Reported> {
-        let main = Source { name: path.display().to_string(), text };
+        directions: &SensitivityDirections,
+    ) -> Result<CompiledStages, ErrorReported> {
+        let main = SourceText { name: path.display().to_string(), text };
         let files = self.files;
         let mut read = |path: &str| read_import(files, Path::new(path));
         let asts = pipeline::load(main, &mut read, &mut self.sources, &mut self.diagnostics)?;
@@ -211,8 +218,8 @@ impl<'a> Compilation<'a> {
         path: &Path,
         apply: &[String],
         options: &ModelOptions,
-        directions: &Directions,
-    ) -> Result<Result<(Compiled, Option<Changed>), Reported>, WorkError> {
+        directions: &SensitivityDirections,
+    ) -> Result<Result<(CompiledStages, Option<Changed>), ErrorReported>, WorkError> {
         let (asts, changed) = match self.read(path, apply)? {
             Ok(read) => read,
             Err(reported) => return Ok(Err(reported)),
@@ -230,7 +237,7 @@ impl<'a> Compilation<'a> {
 pub fn load(
     path: &Path,
     choices: &Choices,
-    directions: &Directions,
+    directions: &SensitivityDirections,
     session: Session<'_>,
 ) -> Result<LoadedModel, WorkError> {
     let mut compilation = Compilation::new(session.files);

@@ -3,9 +3,9 @@
 use std::path::Path;
 
 use dgd_compiler::dae::Dae;
-use dgd_compiler::diagnostics::{Code, Diagnostic, Diagnostics, Reported, suggestion};
-use dgd_compiler::source::Sources;
-use dgd_data::{FileSystem, Reading, Sha256Digest, Table, select};
+use dgd_compiler::diagnostics::{Code, Diagnostic, Diagnostics, ErrorReported, suggestion};
+use dgd_compiler::source::SourceMap;
+use dgd_data::{DataTable, FileSystem, ReadOptions, Sha256Digest, select};
 
 /// One set, SI.
 #[derive(Debug, Clone, PartialEq)]
@@ -29,21 +29,21 @@ pub(crate) fn read(
     files: &dyn FileSystem,
     path: &Path,
     dae: &Dae,
-    sources: &mut Sources,
+    sources: &mut SourceMap,
     diagnostics: &mut Diagnostics,
-) -> Result<Sets, Reported> {
-    let table = Reading::default().read(files, path, sources, diagnostics)?;
-    let parameters = dae.parameters.iter().map(|parameter| select::Declared {
+) -> Result<Sets, ErrorReported> {
+    let table = ReadOptions::default().read(files, path, sources, diagnostics)?;
+    let parameters = dae.parameters.iter().map(|parameter| select::DeclaredColumn {
         name: &parameter.declared.name,
         unit: &parameter.declared.unit,
         place: Some(parameter.declared.span),
     });
-    let unknowns = dae.unknowns.iter().map(|unknown| select::Declared {
+    let unknowns = dae.unknowns.iter().map(|unknown| select::DeclaredColumn {
         name: &unknown.name,
         unit: &unknown.unit,
         place: None,
     });
-    let known: Vec<select::Declared<'_>> = parameters.chain(unknowns).collect();
+    let known: Vec<select::DeclaredColumn<'_>> = parameters.chain(unknowns).collect();
     let named = verify_names(&table, &known, diagnostics);
     let columns = select::measured(&table, &known, diagnostics);
     named?;
@@ -65,15 +65,15 @@ pub(crate) fn read(
 
 /// Reports columns that are neither a parameter nor a state.
 fn verify_names(
-    table: &Table,
-    known: &[select::Declared<'_>],
+    table: &DataTable,
+    known: &[select::DeclaredColumn<'_>],
     diagnostics: &mut Diagnostics,
-) -> Result<(), Reported> {
+) -> Result<(), ErrorReported> {
     let mut verified = Ok(());
     if table.time.is_some() {
         let message = "a set of parameters has no time";
         verified = Err(diagnostics.error(
-            Diagnostic::new(Code::E613, table.header, message)
+            Diagnostic::new(Code::UnknownSetColumn, table.header, message)
                 .help("each row is a set, and all of them are run over the same times"),
         ));
     }
@@ -83,7 +83,8 @@ fn verify_names(
         let absent = names.iter().copied().filter(|name| table.column(name).is_none());
         let meant = suggestion(&column.name, absent)
             .map(|name| format!("is `{}` meant to be `{name}`?", column.name));
-        let diagnostic = Diagnostic::new(Code::E613, column.place, message).maybe_help(meant);
+        let diagnostic =
+            Diagnostic::new(Code::UnknownSetColumn, column.place, message).maybe_help(meant);
         verified = Err(diagnostics.error(diagnostic));
     }
     verified

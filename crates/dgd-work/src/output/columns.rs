@@ -6,7 +6,7 @@ use serde_json::{Value, json};
 
 use crate::result::simulate::EventEntry;
 use dgd_data::Epoch;
-use dgd_data::write::{Written, write_table_at};
+use dgd_data::write::{OutputColumn, write_table_at};
 use dgd_runtime::{Event, Solution, Unit};
 
 /// A column of a result.
@@ -65,10 +65,10 @@ impl TimeTable {
     ///
     /// Those of `out`.
     pub fn write_csv(&self, out: &mut dyn Write) -> io::Result<()> {
-        let written: Vec<Written<'_>> = self
+        let written: Vec<OutputColumn<'_>> = self
             .columns
             .iter()
-            .map(|column| Written::new(&column.name, &column.unit, &column.values))
+            .map(|column| OutputColumn::new(&column.name, &column.unit, &column.values))
             .collect();
         write_table_at(out, &self.times, self.epoch, &written)
     }

@@ -2,7 +2,7 @@
 
 use std::fmt::Write as _;
 
-use dgd_runtime::linearize::{Conserved, StateSpace};
+use dgd_runtime::linearize::{ConservedCombination, StateSpace};
 use dgd_runtime::{Signature, Unit};
 
 use crate::output::columns::quotient;
@@ -36,7 +36,7 @@ pub(crate) struct Held {
 pub(crate) fn described(
     signature: &Signature,
     system: &StateSpace,
-    conserved: &[Conserved],
+    conserved: &[ConservedCombination],
 ) -> Vec<Held> {
     let with_output =
         |own| Held { output: output(signature, system, own), ..Held::new(signature, own) };
@@ -44,7 +44,7 @@ pub(crate) fn described(
 }
 
 /// A combination and its value, in declared units.
-pub(crate) fn combination(signature: &Signature, own: &Conserved) -> (String, String) {
+pub(crate) fn combination(signature: &Signature, own: &ConservedCombination) -> (String, String) {
     let combination = Held::new(signature, own);
     let value = significant(combination.value, DIGITS);
     let value = if combination.unit.symbol == "1" {
@@ -56,7 +56,7 @@ pub(crate) fn combination(signature: &Signature, own: &Conserved) -> (String, St
 }
 
 impl Held {
-    fn new(signature: &Signature, own: &Conserved) -> Self {
+    fn new(signature: &Signature, own: &ConservedCombination) -> Self {
         let unit = of_differences(signature.unknowns.unit(own.named_by));
         let term = |(state, c): &(usize, f64)| {
             let difference = of_differences(signature.unknowns.unit(*state));
@@ -166,7 +166,11 @@ impl Held {
 
 /// The first output whose derivatives by the states are a multiple of the combination, and that does not depend on
 /// inputs.
-fn output(signature: &Signature, system: &StateSpace, own: &Conserved) -> Option<(String, String)> {
+fn output(
+    signature: &Signature,
+    system: &StateSpace,
+    own: &ConservedCombination,
+) -> Option<(String, String)> {
     let wanted = |column: usize| {
         let unknown = system.states[column];
         own.terms.iter().find(|(state, _)| *state == unknown).map_or(0.0, |(_, c)| *c)

@@ -1,11 +1,11 @@
 //! Panels of result figures.
 
-use dgd_plot::{Envelope, Figure, Meaning, Panel, Series, Style, Text};
+use dgd_plot::{Envelope, Figure, MathText, Panel, PlotSeries, SeriesMeaning, SeriesStyle};
 
 /// Content of one panel.
 #[derive(Debug, Clone)]
 pub(crate) struct Subject {
-    pub title: Text,
+    pub title: MathText,
     /// Unit of its axis.
     pub unit: String,
     pub lines: Vec<Line>,
@@ -14,11 +14,11 @@ pub(crate) struct Subject {
 /// One line of a panel, in the panel's unit.
 #[derive(Debug, Clone)]
 pub(crate) struct Line {
-    pub name: Text,
+    pub name: MathText,
     pub times: Vec<f64>,
     pub values: Vec<f64>,
     /// Its meaning; measurements and residuals are drawn thin.
-    pub meaning: Meaning,
+    pub meaning: SeriesMeaning,
 }
 
 /// A figure with one panel for each subject over a common time axis.
@@ -27,15 +27,15 @@ pub(crate) fn panels(subjects: &[Subject]) -> Figure {
         .iter()
         .map(|subject| Panel {
             title: subject.title.clone(),
-            y_label: Text::default().with_unit(&subject.unit),
+            y_label: MathText::default().with_unit(&subject.unit),
             series: subject
                 .lines
                 .iter()
-                .map(|line| Series {
+                .map(|line| PlotSeries {
                     name: line.name.clone(),
                     style: match line.meaning {
-                        Meaning::Measured | Meaning::Residual => Style::ThinLine,
-                        _ => Style::Line,
+                        SeriesMeaning::Measured | SeriesMeaning::Residual => SeriesStyle::ThinLine,
+                        _ => SeriesStyle::Line,
                     },
                     meaning: line.meaning,
                     x: line.times.clone(),
@@ -46,12 +46,12 @@ pub(crate) fn panels(subjects: &[Subject]) -> Figure {
             ..Panel::default()
         })
         .collect();
-    Figure::new(Text::plain("Time").with_unit("s"), panels)
+    Figure::new(MathText::plain("Time").with_unit("s"), panels)
 }
 
 /// Differences as dots, with the band of ± 2 standard deviations that contains 95 % of them.
 pub(crate) fn differences(
-    title: Text,
+    title: MathText,
     unit: &str,
     times: &[f64],
     values: Vec<f64>,
@@ -60,13 +60,13 @@ pub(crate) fn differences(
     let edge = |k: f64| std.iter().map(|std| k * std).collect();
     Panel {
         title,
-        y_label: Text::default().with_unit(unit),
-        series: vec![Series {
-            meaning: Meaning::Residual,
-            ..Series::new(Text::default(), Style::Dots, times.to_vec(), values)
+        y_label: MathText::default().with_unit(unit),
+        series: vec![PlotSeries {
+            meaning: SeriesMeaning::Residual,
+            ..PlotSeries::new(MathText::default(), SeriesStyle::Dots, times.to_vec(), values)
         }],
         envelopes: vec![Envelope {
-            name: Text::default(),
+            name: MathText::default(),
             around: Some(0),
             x: times.to_vec(),
             low: edge(-2.0),
@@ -77,7 +77,7 @@ pub(crate) fn differences(
 }
 
 /// Panels of computed and recorded values, with their differences at the side.
-pub(crate) fn beside(subjects: &[Subject], differences: Vec<Panel>, x_label: Text) -> Figure {
+pub(crate) fn beside(subjects: &[Subject], differences: Vec<Panel>, x_label: MathText) -> Figure {
     let panels = panels(subjects).panels.into_iter().zip(differences);
     let panels: Vec<Panel> = panels.flat_map(|(signals, rest)| [signals, rest]).collect();
     Figure { columns: 2, ..Figure::new(x_label, panels) }

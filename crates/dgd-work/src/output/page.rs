@@ -1,18 +1,18 @@
 //! Common parts of all result pages.
 
-use dgd_page::{Cell, Link, Markup, Origin, Page, Table, Tone};
-use dgd_plot::{Figure, Text};
+use dgd_page::{ChartLink, HeadlineTone, Markup, Page, PageCell, PageOrigin, PageTable};
+use dgd_plot::{Figure, MathText};
 
 use super::agreement::Agreement;
 use super::provenance::Provenance;
 use super::quantity::{rounded, short};
 
 /// Links figures over the time of one recording.
-pub(crate) const TIME: Link<'static> = Link::With("time");
+pub(crate) const TIME: ChartLink<'static> = ChartLink::With("time");
 
 /// The origin of a result.
-pub(crate) fn origin(provenance: &Provenance, command: &str) -> Origin {
-    Origin {
+pub(crate) fn origin(provenance: &Provenance, command: &str) -> PageOrigin {
+    PageOrigin {
         command: command.to_owned(),
         version: provenance.version.to_owned(),
         seed: provenance.seed,
@@ -22,14 +22,14 @@ pub(crate) fn origin(provenance: &Provenance, command: &str) -> Origin {
 }
 
 /// A cell with a number to this many significant digits; a dash without a number.
-pub(crate) fn number(value: Option<f64>, digits: i32) -> Cell {
+pub(crate) fn number(value: Option<f64>, digits: i32) -> PageCell {
     let shown = value.map_or_else(|| "–".to_owned(), |value| shown(value, digits));
-    Cell::number(&shown, value)
+    PageCell::number(&shown, value)
 }
 
 /// A cell with a count.
-pub(crate) fn count(n: usize) -> Cell {
-    Cell::number(&n.to_string(), Some(n as f64))
+pub(crate) fn count(n: usize) -> PageCell {
+    PageCell::number(&n.to_string(), Some(n as f64))
 }
 
 /// Rounds to this many digits, and zero to `0`.
@@ -43,18 +43,18 @@ pub(crate) fn told(value: f64) -> String {
 }
 
 /// A cell with a name of the model.
-pub(crate) fn name(name: &str) -> Cell {
-    Cell::text(Markup::code(name))
+pub(crate) fn name(name: &str) -> PageCell {
+    PageCell::text(Markup::code(name))
 }
 
 /// A cell with a typeset unit.
-pub(crate) fn unit(symbol: &str) -> Cell {
-    Cell::text(Markup::from(&Text::unit(symbol)))
+pub(crate) fn unit(symbol: &str) -> PageCell {
+    PageCell::text(Markup::from(&MathText::unit(symbol)))
 }
 
 /// A cell with words.
-pub(crate) fn words(words: &str) -> Cell {
-    Cell::text(Markup::text(words))
+pub(crate) fn words(words: &str) -> PageCell {
+    PageCell::text(Markup::text(words))
 }
 
 /// A table of the agreement of outputs with measurements.
@@ -62,7 +62,8 @@ pub(crate) fn agreement_table<'a>(
     caption: &str,
     rows: impl IntoIterator<Item = (&'a str, &'a str, Agreement)>,
 ) -> Markup {
-    let mut table = Table::new(caption, &["output", "unit", "samples", "rms", "bias", "fit, %"]);
+    let mut table =
+        PageTable::new(caption, &["output", "unit", "samples", "rms", "bias", "fit, %"]);
     for (output, symbol, agreement) in rows {
         table.rows.push(vec![
             name(output),
@@ -86,10 +87,10 @@ pub(crate) fn of_figure(
     headline: &str,
     more: &[Markup],
     figure: &Figure,
-    origin: &Origin,
+    origin: &PageOrigin,
 ) -> String {
     let mut page = Page::new(title);
-    page.push_header(kind, &Markup::prose(headline), Tone::Plain, more);
+    page.push_header(kind, &Markup::prose(headline), HeadlineTone::Plain, more);
     let chart = page.chart(figure, TIME, &Markup::default());
     page.push_section("Over time", &[chart]);
     page.finish(origin)

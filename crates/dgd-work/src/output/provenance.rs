@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use dgd_compiler::source::Sources;
+use dgd_compiler::source::SourceMap;
 use dgd_data::Sha256Digest;
 use serde::{Deserialize, Serialize};
 use serde_json::{Value, json};
@@ -73,9 +73,9 @@ impl Provenance {
 }
 
 /// Digest of all texts that a model was compiled from; of a single text, that of the text.
-pub(crate) fn of_model(sources: &Sources) -> String {
+pub(crate) fn of_model(sources: &SourceMap) -> String {
     let texts = sources.iter().map(|source| source.text.as_str());
     // A byte that texts cannot contain separates them.
     let separated = texts.enumerate().flat_map(|(k, text)| [if k == 0 { "" } else { "\0" }, text]);
-    Sha256Digest::of(separated).to_string()
+    Sha256Digest::from_parts(separated).to_string()
 }

@@ -196,11 +196,11 @@ impl BoundEntry {
     }
 }
 
-impl From<dgd_identify::Bound> for BoundEntry {
-    fn from(bound: dgd_identify::Bound) -> Self {
+impl From<dgd_identify::BoundReached> for BoundEntry {
+    fn from(bound: dgd_identify::BoundReached) -> Self {
         match bound {
-            dgd_identify::Bound::Lower => BoundEntry::Lower,
-            dgd_identify::Bound::Upper => BoundEntry::Upper,
+            dgd_identify::BoundReached::Lower => BoundEntry::Lower,
+            dgd_identify::BoundReached::Upper => BoundEntry::Upper,
         }
     }
 }
@@ -494,7 +494,7 @@ pub struct ModelErrorEntry {
     /// Whether residuals exceed the declared noise by more than chance explains.
     pub exceeds_declared_noise: bool,
     /// The parts behind `std_model`; empty if recordings cannot be divided, and without convergence.
-    pub parts: Vec<RecordingPart>,
+    pub parts: Vec<RecordingPartEntry>,
     /// Parameters that a single part determines, and that part, from 0: they have no `std_model`.
     pub rests_on_part: ByName<usize>,
 }
@@ -502,7 +502,7 @@ pub struct ModelErrorEntry {
 /// A part of the recordings.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
-pub struct RecordingPart {
+pub struct RecordingPartEntry {
     /// The recording, or the first and the last of several.
     pub recordings: Vec<String>,
     /// Its first time, s.
@@ -520,9 +520,9 @@ pub struct ProfileEntry {
     /// The 95 % confidence interval; null for an open end.
     pub interval: [Option<f64>; 2],
     /// The lower end.
-    pub lower: ProfileEnd,
+    pub lower: ProfileEndEntry,
     /// The upper end.
-    pub upper: ProfileEnd,
+    pub upper: ProfileEndEntry,
     /// Estimates that change along with the lower end.
     pub with_lower: Vec<UndeterminedTerm>,
     /// Estimates that change along with the upper end.
@@ -540,7 +540,7 @@ pub struct ProfileEntry {
 /// An end of a profile.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
-pub struct ProfileEnd {
+pub struct ProfileEndEntry {
     /// In the unit of the estimate.
     pub value: Option<f64>,
     /// The kind of end.

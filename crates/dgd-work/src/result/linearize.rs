@@ -16,17 +16,17 @@ pub struct LinearResult {
     /// Whether the point is a steady state.
     pub steady: bool,
     /// The states.
-    pub states: Vec<LinearState>,
+    pub states: Vec<LinearStateEntry>,
     /// Inputs, delayed inputs and their slopes.
-    pub inputs: Vec<LinearInput>,
+    pub inputs: Vec<LinearInputEntry>,
     /// The outputs.
-    pub outputs: Vec<LinearOutput>,
+    pub outputs: Vec<LinearOutputEntry>,
     /// Unknowns that follow from the states by equations.
-    pub eliminated: Vec<EliminatedUnknown>,
+    pub eliminated: Vec<EliminatedEntry>,
     /// Delayed unknowns.
-    pub late: Vec<DelayedUnknown>,
+    pub late: Vec<DelayedUnknownEntry>,
     /// Modes of automata, sides of switches and bounds.
-    pub modes: Vec<LinearMode>,
+    pub modes: Vec<LinearModeEntry>,
     /// Slopes of the states by the states.
     #[serde(rename = "A")]
     pub a: Vec<Vec<Option<f64>>>,
@@ -74,7 +74,7 @@ pub struct LinearResult {
 /// A state of a linear model.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
-pub struct LinearState {
+pub struct LinearStateEntry {
     /// The state and its value.
     #[serde(flatten)]
     pub quantity: PointQuantity,
@@ -97,7 +97,7 @@ pub struct PointQuantity {
 /// An input of a linear model.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
-pub struct LinearInput {
+pub struct LinearInputEntry {
     /// The input and its value.
     #[serde(flatten)]
     pub quantity: PointQuantity,
@@ -112,7 +112,7 @@ pub struct LinearInput {
 /// An output of a linear model.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
-pub struct LinearOutput {
+pub struct LinearOutputEntry {
     /// The output and its value.
     #[serde(flatten)]
     pub quantity: PointQuantity,
@@ -123,7 +123,7 @@ pub struct LinearOutput {
 /// An unknown that follows from the states.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
-pub struct EliminatedUnknown {
+pub struct EliminatedEntry {
     /// The unknown and its value.
     #[serde(flatten)]
     pub quantity: PointQuantity,
@@ -134,7 +134,7 @@ pub struct EliminatedUnknown {
 /// A delayed unknown.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
-pub struct DelayedUnknown {
+pub struct DelayedUnknownEntry {
     /// The delayed unknown and its value.
     #[serde(flatten)]
     pub quantity: PointQuantity,
@@ -147,7 +147,7 @@ pub struct DelayedUnknown {
 /// A mode at the point.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
-pub struct LinearMode {
+pub struct LinearModeEntry {
     /// The automaton, switch or bound.
     pub modes: String,
     /// Its mode or side.

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use dgd_compiler::expr::{Node, Symbol};
 use dgd_compiler::model::Model;
-use dgd_identify::{Noise, Recording};
+use dgd_identify::{NoiseSource, Recording};
 use dgd_runtime::Signature;
 use dgd_runtime::signature::{Density, Distribution};
 
@@ -44,7 +44,7 @@ pub(crate) fn of_outputs(
     used: &[bool],
     train: &[Recording],
     valid: &[Recording],
-) -> Result<Vec<Option<Noise>>, WorkError> {
+) -> Result<Vec<Option<NoiseSource>>, WorkError> {
     let is_measured = |i: usize| train.iter().any(|recording| recording.measured[i].is_some());
     let mut noises = Vec::with_capacity(signature.outputs.len());
     for (i, output) in signature.outputs.iter().enumerate() {
@@ -63,16 +63,16 @@ pub(crate) fn of_outputs(
                     let what = format!("the `noise` of `{}` is more than a number", output.name);
                     verify_takes_densities(request, &what)?;
                 }
-                Noise::Density(density)
+                NoiseSource::Density(density)
             }
             _ if has_column => {
                 verify_takes_densities(request, &format!("`std({})` is a column", output.name))?;
                 verify_columns(i, &output.name, (&request.data, train))?;
                 verify_columns(i, &output.name, (&request.valid, valid))?;
-                Noise::Recorded
+                NoiseSource::Recorded
             }
-            (None, Some(sigma), NoiseFrom::Declared) => Noise::Known(sigma),
-            (None, None, _) | (None, Some(_), NoiseFrom::Estimated) => Noise::Estimated,
+            (None, Some(sigma), NoiseFrom::Declared) => NoiseSource::Known(sigma),
+            (None, None, _) | (None, Some(_), NoiseFrom::Estimated) => NoiseSource::Estimated,
         }));
     }
     Ok(noises)

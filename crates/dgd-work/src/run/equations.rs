@@ -1,9 +1,10 @@
 //! A model's equations at single points, in declared units, for external solvers.
 
-use dgd_compiler::pipeline::Directions;
-use dgd_execute::Loaded;
+use dgd_compiler::pipeline::SensitivityDirections;
+use dgd_execute::LoadedSystem;
 use dgd_runtime::{
-    Inputs, Pattern, Point, Side, Signature, System, Unit, consistent_start, discrete_numbers,
+    EvaluationPoint, Inputs, LimitSide, Pattern, Signature, System, Unit, consistent_start,
+    discrete_numbers,
 };
 
 use crate::error::WorkError;
@@ -23,7 +24,7 @@ use crate::session::Session;
 /// | row i of f, where Mᵢ is 0 | SI |
 #[derive(Debug)]
 pub struct Equations {
-    system: Loaded,
+    system: LoadedSystem,
     /// SI.
     p: Vec<f64>,
     inputs: Inputs,
@@ -66,7 +67,7 @@ pub fn equations(request: &RunRequest, session: Session<'_>) -> Result<Equations
         // One row is enough.
         request.solve.until = request.solve.until.or(request.solve.from).or(Some(0.0));
     }
-    let loaded = load(&request.model, &request.choices, &Directions::None, session)?;
+    let loaded = load(&request.model, &request.choices, &SensitivityDirections::None, session)?;
     let run = Run::prepare(&request, loaded, session)?;
     let signature = run.signature();
     let is_late = !(signature.delayed_inputs.is_empty() && signature.delayed_unknowns.is_empty());
@@ -83,7 +84,7 @@ pub fn equations(request: &RunRequest, session: Session<'_>) -> Result<Equations
     };
     let Run { system, p, inputs, times, .. } = run;
     let mut mass = vec![0.0; system.signature().unknowns.len()];
-    let point = Point { t: times[0], y: &[], u: &[], p: &p, z: &z };
+    let point = EvaluationPoint { t: times[0], y: &[], u: &[], p: &p, z: &z };
     system.mass(point, &mut mass);
     Ok(Equations { system, p, inputs, times, start, z, mass })
 }
@@ -192,9 +193,9 @@ impl Equations {
         Ok(outputs.iter().zip(w).map(|(output, w)| output.unit.from_si(w)).collect())
     }
 
-    fn point<'a>(&'a self, numbers: &'a Numbers) -> Point<'a> {
+    fn point<'a>(&'a self, numbers: &'a Numbers) -> EvaluationPoint<'a> {
         let Numbers { t, y, u, p } = numbers;
-        Point { t: *t, y, u, p, z: &self.z }
+        EvaluationPoint { t: *t, y, u, p, z: &self.z }
     }
 
     /// Number of SI units in the unit of a row of f.
@@ -235,7 +236,7 @@ impl Equations {
     fn inputs_si(&self, t: f64) -> Result<Vec<f64>, WorkError> {
         self.inputs.cover(t, t).map_err(|error| WorkError::Found(error.to_string()))?;
         let mut u = vec![0.0; self.inputs.len()];
-        self.inputs.value(t, Side::Right, &mut u);
+        self.inputs.value(t, LimitSide::Right, &mut u);
         Ok(u)
     }
 }
@@ -278,8 +279,8 @@ output T_s [degF] = T
 
     fn oven() -> Equations {
         let files = InMemory::default()
-            .with("oven.dgd", MODEL)
-            .with("run.csv", "time [min],q [kW],T_a [degC]\n0,1.5,20\n10,0,26\n");
+            .with_file("oven.dgd", MODEL)
+            .with_file("run.csv", "time [min],q [kW],T_a [degC]\n0,1.5,20\n10,0,26\n");
         let mut request = RunRequest::new("oven.dgd");
         request.data = Some("run.csv".into());
         let session = Session::new(&Silent).with_files(&files);
@@ -355,7 +356,7 @@ output T_s [degF] = T
         let message = short.expect_err("one number is missing").to_string();
         assert_eq!(message, "the model has 2 unknowns, and 1 are given");
         let text = "model m\nstate x [1] = 1\nequation e: der(x) = -delay(x, 1 [s]) / 1 [s]\n";
-        let files = InMemory::default().with("m.dgd", text);
+        let files = InMemory::default().with_file("m.dgd", text);
         let session = Session::new(&Silent).with_files(&files);
         let refused = equations(&RunRequest::new("m.dgd"), session).expect_err("it reads late");
         assert!(refused.to_string().contains("what was earlier"), "{refused}");

@@ -1,6 +1,6 @@
 //! Resumable runs: a journal of finished work is kept beside the results until they are written.
 
-use dgd_data::files::journal::{Before, JournalError, Opening, RunJournal};
+use dgd_data::files::journal::{JournalError, JournalOpening, PriorJournal, RunJournal};
 use dgd_identify::journal::Digest;
 
 use crate::error::WorkError;
@@ -28,21 +28,21 @@ pub(crate) fn journal(
     let (Some(out), is_resumed) = (&keep.out, keep.resume) else { return Ok(None) };
     let path = RunJournal::path(out);
     let shown = path.display().to_string();
-    let opening = if is_resumed { Opening::Resume } else { Opening::Anew };
+    let opening = if is_resumed { JournalOpening::Resume } else { JournalOpening::Anew };
     match RunJournal::open(path, owner(input()), opening) {
         Ok((journal, before)) => {
             match before {
-                Before::Results(n) => {
+                PriorJournal::Results(n) => {
                     session.remark(&format!("going on with {n} results from {shown}"));
                 }
-                Before::Nothing if is_resumed => {
+                PriorJournal::Nothing if is_resumed => {
                     session.remark(&format!("nothing to go on from: {shown} is not there"));
                 }
-                Before::Other => session.remark(&format!(
+                PriorJournal::Other => session.remark(&format!(
                     "{shown} is not used: it belongs to another model, other data, other options or \
                      another build of dgd"
                 )),
-                Before::Nothing => {}
+                PriorJournal::Nothing => {}
             }
             Ok(Some(journal))
         }
@@ -69,5 +69,5 @@ pub(crate) fn journal(
 fn owner(input: Digest) -> Digest {
     let program = std::env::current_exe().and_then(std::fs::read);
     let program = program.map(|bytes| Digest::EMPTY.bytes(&bytes).value()).ok();
-    input.of(&env!("CARGO_PKG_VERSION")).of(&program)
+    input.debug(&env!("CARGO_PKG_VERSION")).debug(&program)
 }

@@ -12,9 +12,9 @@ pub(crate) mod under_way;
 use std::collections::BTreeSet;
 
 use dgd_compiler::diagnostics::Diagnostics;
-use dgd_compiler::model::{Automaton, Model, Origin, Transition};
+use dgd_compiler::model::{Automaton, AutomatonOrigin, Model, Transition};
 use dgd_compiler::program::Program;
-use dgd_compiler::source::Sources;
+use dgd_compiler::source::SourceMap;
 use dgd_data::Epoch;
 use dgd_execute::Engine;
 use dgd_runtime::integrate::catalogue::AUTOMATIC;
@@ -45,7 +45,7 @@ const MOST_ROWS: f64 = 1e8;
 
 /// A model ready to run on its data.
 pub(crate) struct Run {
-    pub system: dgd_execute::Loaded,
+    pub system: dgd_execute::LoadedSystem,
     /// Parameters, SI.
     pub p: Vec<f64>,
     pub inputs: Inputs,
@@ -179,7 +179,7 @@ impl Run {
         }
     }
 
-    pub(crate) fn problem(&self) -> Problem<'_, dgd_execute::Loaded> {
+    pub(crate) fn problem(&self) -> Problem<'_, dgd_execute::LoadedSystem> {
         Problem { system: &self.system, p: &self.p, inputs: &self.inputs, start: &self.start }
     }
 
@@ -233,7 +233,7 @@ impl Run {
         let signature = self.signature();
         let n = signature.unknowns.len();
         let keeps_all =
-            outputs_are_late(signature) || matches!(self.options.steps, Steps::PerSample(_));
+            outputs_are_delayed(signature) || matches!(self.options.steps, Steps::PerSample(_));
         let kept = if keeps_all { n } else { kept };
         let needs = memory::Needs {
             unknowns: n,
@@ -282,7 +282,7 @@ pub(crate) fn verify_memory_of_fit(
 ) -> Result<(), WorkError> {
     let rows = recordings.iter().map(|recording| recording.times.len()).max().unwrap_or(0);
     let n_s = signature.directions.len();
-    let keeps = keeps_derivatives || outputs_are_late(signature);
+    let keeps = keeps_derivatives || outputs_are_delayed(signature);
     let n = signature.unknowns.len();
     let needs = memory::Needs {
         unknowns: n,
@@ -297,16 +297,16 @@ pub(crate) fn verify_memory_of_fit(
 }
 
 /// Whether a run keeps all unknowns because of delayed outputs.
-fn outputs_are_late(signature: &Signature) -> bool {
+fn outputs_are_delayed(signature: &Signature) -> bool {
     signature.outputs.iter().any(|output| output.delay.is_some())
 }
 
 /// The conditions of a model's transitions as written, in order.
-fn conditions(model: &Model, sources: &Sources) -> Vec<String> {
+fn conditions(model: &Model, sources: &SourceMap) -> Vec<String> {
     let text = |automaton: &Automaton, transition: &Transition| match automaton.origin {
-        Origin::When => format!("when {}", automaton.name),
-        Origin::Every => format!("every {}", automaton.name),
-        Origin::Modes => {
+        AutomatonOrigin::When => format!("when {}", automaton.name),
+        AutomatonOrigin::Every => format!("every {}", automaton.name),
+        AutomatonOrigin::Modes => {
             let span = transition.span;
             let text = &sources.get(span.source).text[span.start as usize..span.end as usize];
             let head = text.split('{').next().unwrap_or(text);
@@ -339,9 +339,12 @@ fn needs_data(signature: &Signature) -> WorkError {
 }
 
 /// Loads a program with the requested engine.
-pub(crate) fn executable(program: Program, args: &Solve) -> Result<dgd_execute::Loaded, WorkError> {
+pub(crate) fn executable(
+    program: Program,
+    args: &Solve,
+) -> Result<dgd_execute::LoadedSystem, WorkError> {
     let engine = args.engine;
-    let system = dgd_execute::Loaded::with_engine(program, engine);
+    let system = dgd_execute::LoadedSystem::with_engine(program, engine);
     if engine == Engine::Native {
         system.compile().map_err(|error| WorkError::Computation(error.to_string()))?;
     }
@@ -377,7 +380,7 @@ pub(crate) fn with_method(options: Options, args: &Solve, signature: &Signature)
 pub(crate) fn with_method_per_sample(
     options: Options,
     args: &Solve,
-    problem: &Problem<'_, dgd_execute::Loaded>,
+    problem: &Problem<'_, dgd_execute::LoadedSystem>,
     times: &[f64],
 ) -> Result<Options, WorkError> {
     if args.method != AUTOMATIC || !matches!(options.steps, Steps::PerSample(_)) {
@@ -393,7 +396,7 @@ pub(crate) fn with_method_per_sample(
 pub(crate) fn with_method_to_begin<'a>(
     options: Options,
     args: &Solve,
-    runs: impl IntoIterator<Item = (Problem<'a, dgd_execute::Loaded>, f64)>,
+    runs: impl IntoIterator<Item = (Problem<'a, dgd_execute::LoadedSystem>, f64)>,
     session: Session<'_>,
 ) -> Options {
     if args.method != AUTOMATIC || matches!(options.steps, Steps::PerSample(_)) {
@@ -465,7 +468,7 @@ fn times(args: &RunRequest, recording: Option<&Recording>) -> Result<Vec<f64>, W
 /// Gauss–Newton on w(y₀) = w_measured(t₀), weighted by the outputs' noise, with the shortest correction (in units of
 /// each unknown's size) if the outputs do not determine all states.
 pub(crate) fn measured_start(
-    problem: &Problem<'_, dgd_execute::Loaded>,
+    problem: &Problem<'_, dgd_execute::LoadedSystem>,
     t: f64,
     measured: &Measured,
     options: &Options,

@@ -4,13 +4,13 @@ use std::path::{Path, PathBuf};
 
 use dgd_compiler::dae::Dae;
 use dgd_compiler::diagnostics::Diagnostics;
-use dgd_compiler::source::Sources;
+use dgd_compiler::source::SourceMap;
 use dgd_compiler::units::Unit;
-use dgd_data::select::{self, Gaps};
-use dgd_data::{Epoch, Reading, Rename, Sha256Digest, Table};
-use dgd_execute::Loaded;
+use dgd_data::select::{self, GapPolicy};
+use dgd_data::{DataTable, Epoch, ReadOptions, Rename, Sha256Digest};
+use dgd_execute::LoadedSystem;
 use dgd_identify::Recording as Experiment;
-use dgd_runtime::{Column, Inputs, Options, Problem, Signature, System};
+use dgd_runtime::{InputColumn, Inputs, Options, Problem, Signature, System};
 
 use crate::error::WorkError;
 use crate::model::Compilation;
@@ -44,11 +44,11 @@ pub(crate) struct Recording {
 impl Recording {
     /// The inputs as functions of time.
     pub(crate) fn inputs(&self, signature: &Signature) -> Result<Inputs, WorkError> {
-        let columns: Vec<Column<'_>> = signature
+        let columns: Vec<InputColumn<'_>> = signature
             .inputs
             .iter()
             .zip(&self.inputs)
-            .map(|(input, values)| Column {
+            .map(|(input, values)| InputColumn {
                 name: &input.name,
                 interpolation: input.interpolation,
                 values,
@@ -64,19 +64,19 @@ impl Recording {
         renames: &[Rename],
         dae: &Dae,
         clock: Clock,
-        sources: &mut Sources,
+        sources: &mut SourceMap,
         diagnostics: &mut Diagnostics,
         session: Session<'_>,
     ) -> Option<Recording> {
         let known = Known::of(dae);
         let wanted = known.wanted();
-        let table = Reading::default()
+        let table = ReadOptions::default()
             .renamed(renames)
-            .of(&wanted)
+            .with_columns(&wanted)
             .read(session.files, path, sources, diagnostics)
             .ok()?;
         let read =
-            Self::select(&table, &known, clock, Gaps::Refused, sources, diagnostics, session);
+            Self::select(&table, &known, clock, GapPolicy::Refused, sources, diagnostics, session);
         let mut recording = read?;
         let outputs = recording.measured.outputs.iter_mut().zip(known.outputs());
         for (samples, output) in outputs {
@@ -114,11 +114,11 @@ impl Recording {
 
     /// The columns of a table that the model uses; `None` after mistakes.
     pub(crate) fn select(
-        table: &Table,
+        table: &DataTable,
         known: &Known<'_>,
         clock: Clock,
-        gaps: Gaps,
-        sources: &Sources,
+        gaps: GapPolicy,
+        sources: &SourceMap,
         diagnostics: &mut Diagnostics,
         session: Session<'_>,
     ) -> Option<Recording> {
@@ -163,7 +163,7 @@ impl Recording {
     /// The part between `--from` and `--until` for a fit, with initial values from the source given by `--start`.
     pub(crate) fn experiment(
         &self,
-        system: &Loaded,
+        system: &LoadedSystem,
         p: &[f64],
         path: &Path,
         args: &Solve,
@@ -217,7 +217,7 @@ pub(crate) fn names(paths: &[PathBuf]) -> Vec<String> {
 pub(crate) struct Known<'a> {
     dae: &'a Dae,
     /// Names of outputs that are elements of arrays.
-    elements: Vec<(String, &'a dgd_compiler::model::Declared)>,
+    elements: Vec<(String, &'a dgd_compiler::model::DeclarationHeader)>,
     /// Names of columns with standard deviations of readings.
     deviations: Vec<String>,
 }
@@ -225,7 +225,7 @@ pub(crate) struct Known<'a> {
 impl<'a> Known<'a> {
     pub(crate) fn of(dae: &'a Dae) -> Self {
         let arrays = dae.output_arrays.iter();
-        let elements: Vec<(String, &dgd_compiler::model::Declared)> =
+        let elements: Vec<(String, &dgd_compiler::model::DeclarationHeader)> =
             arrays.flat_map(|array| array.names().map(|name| (name, &array.declared))).collect();
         let outputs = dae.outputs.iter().map(|output| output.declared.name.as_str());
         let names = outputs.chain(elements.iter().map(|(name, _)| name.as_str()));
@@ -233,14 +233,15 @@ impl<'a> Known<'a> {
         Known { dae, elements, deviations }
     }
 
-    pub(crate) fn inputs(&self) -> Vec<select::Declared<'_>> {
+    pub(crate) fn inputs(&self) -> Vec<select::DeclaredColumn<'_>> {
         self.dae.inputs.iter().map(|input| declared(&input.declared)).collect()
     }
 
-    pub(crate) fn outputs(&self) -> Vec<select::Declared<'_>> {
+    pub(crate) fn outputs(&self) -> Vec<select::DeclaredColumn<'_>> {
         let single = self.dae.outputs.iter().map(|output| declared(&output.declared));
         let elements = self.elements.iter();
-        let elements = elements.map(|(name, whole)| select::Declared { name, ..declared(whole) });
+        let elements =
+            elements.map(|(name, whole)| select::DeclaredColumn { name, ..declared(whole) });
         single.chain(elements).collect()
     }
 
@@ -261,9 +262,9 @@ impl<'a> Known<'a> {
     }
 }
 
-fn declared(declared: &dgd_compiler::model::Declared) -> select::Declared<'_> {
+fn declared(declared: &dgd_compiler::model::DeclarationHeader) -> select::DeclaredColumn<'_> {
     let unit: &Unit = &declared.unit;
-    select::Declared { name: &declared.name, unit, place: Some(declared.span) }
+    select::DeclaredColumn { name: &declared.name, unit, place: Some(declared.span) }
 }
 
 /// Measured outputs, SI.

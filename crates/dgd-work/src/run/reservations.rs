@@ -2,7 +2,7 @@
 
 use dgd_discover::FEWEST;
 use dgd_identify::Recording;
-use dgd_runtime::{Point, Side, Signature, System, Text};
+use dgd_runtime::{EvaluationPoint, LimitSide, Signature, System, Text};
 
 use crate::output::quantity::short;
 
@@ -34,7 +34,7 @@ fn is_at_rest(signature: &Signature, recordings: &[Recording]) -> bool {
     let mut u = vec![0.0; signature.inputs.len()];
     let moments = recordings.iter().flat_map(|one| one.times.iter().map(move |t| (one, *t)));
     let mut stays = |(recording, t): (&Recording, f64)| {
-        recording.inputs.value(t, Side::Right, &mut u);
+        recording.inputs.value(t, LimitSide::Right, &mut u);
         first.get_or_insert_with(|| u.clone()) == &u
     };
     !signature.inputs.is_empty() && moments.into_iter().all(&mut stays)
@@ -66,7 +66,7 @@ fn delays_that_are_longer<S: System>(
     if tau.is_empty() {
         return Vec::new();
     }
-    system.delays(Point { t: 0.0, y: &[], u: &[], p, z: &[] }, &mut tau);
+    system.delays(EvaluationPoint { t: 0.0, y: &[], u: &[], p, z: &[] }, &mut tau);
     let duration = |recording: &Recording| match recording.times.as_slice() {
         [first, .., last] => last - first,
         _ => 0.0,

@@ -3,8 +3,8 @@
 use std::sync::{Condvar, Mutex, PoisonError};
 use std::time::Duration;
 
-use dgd_identify::{Of, Progress};
-use dgd_runtime::{IntegrateError, Watched};
+use dgd_identify::{Progress, Total};
+use dgd_runtime::{IntegrateError, RunMonitor};
 
 use crate::output::quantity::moment;
 use crate::session::Session;
@@ -13,7 +13,7 @@ use crate::session::Session;
 const BETWEEN: Duration = Duration::from_millis(100);
 
 /// Runs work that proceeds once from one time to another, s, while another thread reports its progress to the listener.
-/// Without a [`Watched`], a second thread, or a listener, nothing is reported.
+/// Without a [`RunMonitor`], a second thread, or a listener, nothing is reported.
 pub(crate) fn told<T>(
     session: Session<'_>,
     [from, until]: [f64; 2],
@@ -54,11 +54,11 @@ pub(crate) fn stopped_by(
     }
 }
 
-fn so_far(watched: &Watched, from: f64, until: f64) -> Progress {
+fn so_far(watched: &RunMonitor, from: f64, until: f64) -> Progress {
     let part = (watched.reached() - from) / (until - from);
     // A run without length has made no progress.
     let percent = (100.0 * part).clamp(0.0, 100.0) as usize;
-    Progress { what: "percent simulated", done: percent, of: Of::Exactly(100) }
+    Progress { what: "percent simulated", done: percent, of: Total::Exactly(100) }
 }
 
 /// Signals the end of the work.
@@ -92,11 +92,11 @@ mod tests {
 
     #[test]
     fn a_run_is_told_in_percent() {
-        static WATCHED: Watched = Watched::new();
+        static WATCHED: RunMonitor = RunMonitor::new();
         for (reached, percent) in [(10.0, 0), (12.0, 10), (29.9, 99), (30.0, 100), (31.0, 100)] {
             WATCHED.tell(reached);
             let Progress { done, of, .. } = so_far(&WATCHED, 10.0, 30.0);
-            assert_eq!((done, of), (percent, Of::Exactly(100)));
+            assert_eq!((done, of), (percent, Total::Exactly(100)));
         }
         // NaN counts as 0.
         assert_eq!(so_far(&WATCHED, 31.0, 31.0).done, 0);

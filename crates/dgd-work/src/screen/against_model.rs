@@ -7,12 +7,12 @@
 use dgd_compiler::dae::Dae;
 use dgd_compiler::diagnostics::Diagnostic;
 use dgd_compiler::units::Unit;
-use dgd_data::Table;
-use dgd_data::select::{self, Declared};
-use dgd_execute::Loaded;
+use dgd_data::DataTable;
+use dgd_data::select::{self, DeclaredColumn};
+use dgd_execute::LoadedSystem;
 use dgd_runtime::{Options, Signature, System};
 use dgd_screen::redundant::stem;
-use dgd_screen::{Estimate, RARE, Stretch, Weight, mean};
+use dgd_screen::{Estimate, RARE, Severity, TimeStretch, mean};
 
 use super::notice::{Amount, Notice, difference_unit};
 use super::{Screened, balances, quoted};
@@ -20,7 +20,7 @@ use crate::output::quantity::stretches;
 
 /// A model, and the recorded quantities it uses.
 pub(crate) struct Model<'a> {
-    pub system: &'a Loaded,
+    pub system: &'a LoadedSystem,
     pub dae: &'a Dae,
     pub options: Options,
 }
@@ -84,7 +84,7 @@ impl Model<'_> {
         let mut notices = Vec::new();
         let mut read = |name: &str, unit: &Unit| -> Option<Vec<f64>> {
             let column = one.table.column(name)?;
-            match select::converted(column, &Declared { name, unit, place: None }) {
+            match select::converted(column, &DeclaredColumn { name, unit, place: None }) {
                 Ok(values) => Some(values),
                 Err(diagnostic) => {
                     // The contents of the cells were reported for the file.
@@ -95,7 +95,8 @@ impl Model<'_> {
                 }
             }
         };
-        let declared = |d: &dgd_compiler::model::Declared| (d.name.clone(), d.unit.clone());
+        let declared =
+            |d: &dgd_compiler::model::DeclarationHeader| (d.name.clone(), d.unit.clone());
         let input_names: Vec<_> = self.dae.inputs.iter().map(|i| declared(&i.declared)).collect();
         let output_names: Vec<_> = self.dae.outputs.iter().map(|o| declared(&o.declared)).collect();
         let inputs = input_names.iter().map(|(name, unit)| read(name, unit)).collect();
@@ -116,7 +117,7 @@ impl Model<'_> {
         }
         let unknowns = self.dae.unknowns.iter().map(|unknown| unknown.name.clone());
         let elements =
-            self.dae.output_arrays.iter().flat_map(dgd_compiler::dae::OutputArray::names);
+            self.dae.output_arrays.iter().flat_map(dgd_compiler::dae::DaeOutputArray::names);
         let known: Vec<String> = input_names
             .iter()
             .chain(&output_names)
@@ -165,13 +166,13 @@ impl Model<'_> {
         for notice in &mut one.notices {
             let [name] = notice.channels.as_slice() else { continue };
             if notice.kind == "frozen" && outputs.contains(&name.as_str()) {
-                notice.weight = Weight::Fault;
+                notice.weight = Severity::Fault;
                 "it is frozen: empty these cells, so that a fit leaves them out"
                     .clone_into(&mut notice.advice);
             }
             let is_input = inputs.contains(&name.as_str());
             if is_input && notice.kind == "missing" {
-                notice.weight = Weight::Fault;
+                notice.weight = Severity::Fault;
                 "an input is needed at every time: fill the gaps, or cut the recording"
                     .clone_into(&mut notice.advice);
             }
@@ -211,7 +212,7 @@ impl Model<'_> {
     /// Reports outputs that contradict each other in steady state, where one follows from the others.
     fn agreement(&self, one: &mut Screened, columns: &Columns) {
         let known = self.known_outputs();
-        let mut off: Vec<(usize, Estimate, Stretch)> = Vec::new();
+        let mut off: Vec<(usize, Estimate, TimeStretch)> = Vec::new();
         for (output, values) in columns.outputs.iter().enumerate() {
             let Some(values) = values.as_ref().filter(|_| known[output]) else { continue };
             let prediction = self.best_prediction(one, columns, output, |(first, last)| {
@@ -248,7 +249,7 @@ impl Model<'_> {
             }
         );
         one.notices.push(Notice {
-            weight: Weight::Fault,
+            weight: Severity::Fault,
             stretches: vec![stretch],
             p_value: Some(error.p_value()),
             amount: Some(amount),
@@ -275,7 +276,8 @@ impl Model<'_> {
         output: usize,
     ) -> Option<Judged> {
         let declared = &self.dae.outputs[output].declared;
-        let as_declared = Declared { name: &declared.name, unit: &declared.unit, place: None };
+        let as_declared =
+            DeclaredColumn { name: &declared.name, unit: &declared.unit, place: None };
         let sensors: Vec<Vec<f64>> = pair
             .iter()
             .map(|i| select::converted(&one.table.columns[*i], &as_declared).ok())
@@ -342,7 +344,7 @@ struct Judged {
 }
 
 /// Whether a column is named `output` plus a letter or digit, and there is another such column.
-fn is_sensor_of(column: &str, output: &str, table: &Table) -> bool {
+fn is_sensor_of(column: &str, output: &str, table: &DataTable) -> bool {
     table
         .columns
         .iter()
@@ -351,7 +353,7 @@ fn is_sensor_of(column: &str, output: &str, table: &Table) -> bool {
 
 fn of_diagnostic(kind: &'static str, name: &str, diagnostic: &Diagnostic) -> Notice {
     Notice {
-        weight: Weight::Fault,
+        weight: Severity::Fault,
         ..remark(
             kind,
             &[name.to_owned()],
@@ -365,7 +367,7 @@ fn of_diagnostic(kind: &'static str, name: &str, diagnostic: &Diagnostic) -> Not
 pub(super) fn remark(kind: &'static str, names: &[String], text: String, advice: &str) -> Notice {
     Notice {
         kind,
-        weight: Weight::Remark,
+        weight: Severity::Remark,
         channels: names.to_vec(),
         stretches: Vec::new(),
         amount: None,

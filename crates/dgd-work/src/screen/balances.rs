@@ -3,9 +3,9 @@
 //! An equation ẏᵢ = fᵢ(y, u) is checked if it has no free parameter, and yᵢ and all unknowns that it reads follow from
 //! outputs without one. Unknowns are computed as for `--start measured`, from means over a few samples.
 
-use dgd_runtime::{Pattern, Point, System};
-use dgd_screen::balance::{Balance, Cause, Explanation, imbalance};
-use dgd_screen::{Estimate, RARE, Weight};
+use dgd_runtime::{EvaluationPoint, Pattern, System};
+use dgd_screen::balance::{Balance, Explanation, ImbalanceCause, imbalance};
+use dgd_screen::{Estimate, RARE, Severity};
 
 use super::Screened;
 use super::against_model::{Columns, Model, listed};
@@ -123,7 +123,7 @@ fn balance(model: &Model<'_>, one: &Screened, found: &Reconstructed, row: usize)
             continue;
         }
         let u: Vec<f64> = found.u.iter().map(|values| values[k]).collect();
-        let point = Point { t, y: &y, u: &u, p: &p, z: &[] };
+        let point = EvaluationPoint { t, y: &y, u: &u, p: &p, z: &[] };
         model.system.linearize(point, &still, &mut f, &mut dfdy, &mut dfdt);
         model.system.input_jacobian(point, &mut dfdu);
         rate[k] = f[row];
@@ -145,7 +145,7 @@ fn balance(model: &Model<'_>, one: &Screened, found: &Reconstructed, row: usize)
     let Some(left) = imbalance(&balance) else { return Vec::new() };
     let subject = Subject {
         unknown: signature.unknowns.name(row).to_string(),
-        equation: signature.equations.at(row).to_string(),
+        equation: signature.equations.get(row).to_string(),
         sensors,
         names,
     };
@@ -157,7 +157,8 @@ fn balance(model: &Model<'_>, one: &Screened, found: &Reconstructed, row: usize)
     };
     let drifts = hourly.p_value() < RARE;
     let good = good(&left.explanations, if drifts { EXPLAINS } else { EXPLAINS_SOME });
-    let is_late = |e: &&Explanation| matches!(e.cause, Cause::Late(_) | Cause::UnknownLate);
+    let is_late =
+        |e: &&Explanation| matches!(e.cause, ImbalanceCause::Lag(_) | ImbalanceCause::UnknownLag);
     // A drift may hide in temporary changes; a cause that explains most of those reveals it.
     let p_value = good.first().map_or(1.0, |best| best.size.p_value()).min(hourly.p_value());
     if drifts || good.first().is_some_and(|e| !is_late(e)) {
@@ -225,7 +226,7 @@ impl Subject {
     fn cause(&self, explanation: &Explanation, unit: &str, factor: f64) -> Option<String> {
         let size = &explanation.size;
         match explanation.cause {
-            Cause::Gain(share) => {
+            ImbalanceCause::Gain(share) => {
                 // The true value is the reading times 1 + size.
                 let gain = 1.0 + size.value;
                 let read = Estimate {
@@ -238,15 +239,15 @@ impl Subject {
                     format!("`{}` read {factor} times what flows", self.names[share])
                 })
             }
-            Cause::Late(share) => {
+            ImbalanceCause::Lag(share) => {
                 let late = Amount::of(size, "s").signed();
                 Some(format!("`{}` were {late} late", self.names[share]))
             }
-            Cause::UnknownLate => {
+            ImbalanceCause::UnknownLag => {
                 let late = Amount::of(size, "s").signed();
                 Some(format!("{} were {late} late", listed(&self.sensors)))
             }
-            Cause::Flow => {
+            ImbalanceCause::Flow => {
                 let hourly = Estimate {
                     value: size.value * 3600.0 / factor,
                     std_error: size.std_error * 3600.0 / factor,
@@ -262,7 +263,7 @@ impl Subject {
         let channels = self.sensors.iter().chain(&self.names).cloned().collect();
         Notice {
             kind,
-            weight: Weight::Fault,
+            weight: Severity::Fault,
             channels,
             stretches: Vec::new(),
             amount: Some(amount),

@@ -1,7 +1,7 @@
 //! The columns of a recording, with findings shaded.
 
-use dgd_plot::{Band, Figure, Meaning, Panel, Series, Style, Text};
-use dgd_screen::Weight;
+use dgd_plot::{Figure, MathText, Panel, PlotSeries, SeriesMeaning, SeriesStyle, ShadedBand};
+use dgd_screen::Severity;
 
 use super::notice::unit_of;
 use super::{Screened, apart};
@@ -13,7 +13,7 @@ pub(crate) fn figure(one: &Screened) -> Figure {
     let panel = |group: &Vec<usize>| {
         let columns = || group.iter().map(|i| &one.table.columns[*i]);
         let faults = one.notices.iter().filter(|notice| {
-            notice.weight == Weight::Fault
+            notice.weight == Severity::Fault
                 && columns().any(|column| notice.channels.contains(&column.name))
         });
         let least = times.last().copied().unwrap_or(0.0) / 400.0;
@@ -22,28 +22,30 @@ pub(crate) fn figure(one: &Screened) -> Figure {
             .map(|stretch| {
                 // Keeps a single sample visible.
                 let spare = 0.5 * (least - (stretch.until - stretch.from)).max(0.0);
-                Band { from: stretch.from - spare, to: stretch.until + spare }
+                ShadedBand { from: stretch.from - spare, to: stretch.until + spare }
             })
             .collect();
         let is_alone = group.len() == 1;
-        let series: Vec<Series> = columns()
+        let series: Vec<PlotSeries> = columns()
             .enumerate()
             .map(|(place, column)| {
                 let (x, y) = (times.to_vec(), column.values.clone());
-                let meaning = if is_alone { Meaning::Measured } else { Meaning::Variant(place) };
-                let line = Series::new(Text::name(&column.name), Style::ThinLine, x, y);
-                Series { meaning, ..line }
+                let meaning =
+                    if is_alone { SeriesMeaning::Measured } else { SeriesMeaning::Variant(place) };
+                let line =
+                    PlotSeries::new(MathText::name(&column.name), SeriesStyle::ThinLine, x, y);
+                PlotSeries { meaning, ..line }
             })
             .collect();
         let title = match group.as_slice() {
-            [only] => Text::name(&one.table.columns[*only].name),
-            _ => Text::default(),
+            [only] => MathText::name(&one.table.columns[*only].name),
+            _ => MathText::default(),
         };
         let unit = unit_of(one.table.columns[group[0]].unit.as_ref());
         let marks = marks(one, group);
         Panel {
             title,
-            y_label: Text::default().with_unit(&unit),
+            y_label: MathText::default().with_unit(&unit),
             series: series.into_iter().chain(marks).collect(),
             bands,
             ..Panel::default()
@@ -54,7 +56,7 @@ pub(crate) fn figure(one: &Screened) -> Figure {
         panels.push(panel(group));
         panels.extend(differences(one, group));
     }
-    Figure { columns: 1, ..Figure::new(Text::plain("Time").with_unit("s"), panels) }
+    Figure { columns: 1, ..Figure::new(MathText::plain("Time").with_unit("s"), panels) }
 }
 
 /// Differences of columns of one quantity from the first of them.
@@ -65,9 +67,9 @@ fn differences(one: &Screened, group: &[usize]) -> Option<Panel> {
     let series = others.iter().enumerate().map(|(place, &other)| {
         let pairs = columns[other].values.iter().zip(&columns[first].values);
         let apart = pairs.map(|(other, first)| other - first).collect();
-        let name = Text::name(&columns[other].name);
-        let line = Series::new(name, Style::ThinLine, one.times().to_vec(), apart);
-        Series { meaning: Meaning::Variant(place + 1), ..line }
+        let name = MathText::name(&columns[other].name);
+        let line = PlotSeries::new(name, SeriesStyle::ThinLine, one.times().to_vec(), apart);
+        PlotSeries { meaning: SeriesMeaning::Variant(place + 1), ..line }
     });
     let title = match others {
         [] => return None,
@@ -75,15 +77,15 @@ fn differences(one: &Screened, group: &[usize]) -> Option<Panel> {
         _ => format!("less {}", columns[first].name),
     };
     Some(Panel {
-        title: Text::plain(&title),
-        y_label: Text::default().with_unit(&apart(&one.table, first)),
+        title: MathText::plain(&title),
+        y_label: MathText::default().with_unit(&apart(&one.table, first)),
         series: series.collect(),
         ..Panel::default()
     })
 }
 
 /// Dots on outliers.
-fn marks(one: &Screened, group: &[usize]) -> Option<Series> {
+fn marks(one: &Screened, group: &[usize]) -> Option<PlotSeries> {
     let times = one.times();
     let (mut x, mut y) = (Vec::new(), Vec::new());
     for &column in group {
@@ -99,11 +101,14 @@ fn marks(one: &Screened, group: &[usize]) -> Option<Series> {
             y.extend_from_slice(&column.values[first..end]);
         }
     }
-    let meaning = Meaning::Variant(group.len());
+    let meaning = SeriesMeaning::Variant(group.len());
     if x.is_empty() {
         return None;
     }
-    Some(Series { meaning, ..Series::new(Text::plain("spikes"), Style::Dots, x, y) })
+    Some(PlotSeries {
+        meaning,
+        ..PlotSeries::new(MathText::plain("spikes"), SeriesStyle::Dots, x, y)
+    })
 }
 
 /// Columns of the same quantity together, the others alone; columns without values are left out.

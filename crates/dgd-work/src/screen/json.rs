@@ -1,7 +1,7 @@
 //! A screening for programs.
 
-use dgd_screen::redundant::{Comparison, Kinship};
-use dgd_screen::{Estimate, Weight};
+use dgd_screen::redundant::{Kinship, RedundantPair};
+use dgd_screen::{Estimate, Severity};
 use serde_json::{Value, json};
 
 use super::notice::{Notice, unit_of};
@@ -10,7 +10,7 @@ use super::{Screened, apart, ends};
 /// All recordings.
 pub(crate) fn to_json(screened: &[Screened]) -> Value {
     let recordings: Vec<Value> = screened.iter().map(recording).collect();
-    let faults: usize = screened.iter().map(|one| one.count(Weight::Fault)).sum();
+    let faults: usize = screened.iter().map(|one| one.count(Severity::Fault)).sum();
     json!({ "faults": faults, "recordings": recordings })
 }
 
@@ -106,8 +106,8 @@ fn notice(notice: &Notice) -> Value {
     json!({
         "kind": notice.kind,
         "severity": match notice.weight {
-            Weight::Fault => "fault",
-            Weight::Remark => "remark",
+            Severity::Fault => "fault",
+            Severity::Remark => "remark",
         },
         "channels": notice.channels,
         "windows": notice.stretches.iter().map(ends).collect::<Vec<_>>(),
@@ -118,7 +118,7 @@ fn notice(notice: &Notice) -> Value {
     })
 }
 
-fn comparison(one: &Screened, pair: &Comparison) -> Value {
+fn comparison(one: &Screened, pair: &RedundantPair) -> Value {
     let [a, b] = pair.channels;
     let unit = apart(&one.table, a);
     json!({

@@ -20,15 +20,15 @@ mod units;
 use std::path::{Path, PathBuf};
 
 use dgd_compiler::diagnostics::Diagnostics;
-use dgd_compiler::pipeline::Directions;
-use dgd_compiler::source::Sources;
-use dgd_data::files::Files;
-use dgd_data::{FileSystem, Reading, Table};
-use dgd_identify::Of;
-use dgd_plot::{Figure, Text};
+use dgd_compiler::pipeline::SensitivityDirections;
+use dgd_compiler::source::SourceMap;
+use dgd_data::files::ResultFolder;
+use dgd_data::{DataTable, FileSystem, ReadOptions};
+use dgd_identify::Total;
+use dgd_plot::{Figure, MathText};
 use dgd_runtime::Options;
-use dgd_screen::redundant::Compared;
-use dgd_screen::{Channel, Record, Request, Screening, Stretch, Weight, kin};
+use dgd_screen::redundant::PairComparison;
+use dgd_screen::{Channel, ScreenOptions, ScreenedRecord, Screening, Severity, TimeStretch, kin};
 use serde::{Serialize, Serializer};
 use serde_json::Value;
 
@@ -61,7 +61,7 @@ pub struct Screenings {
 ///
 /// [`WorkError`]: a file cannot be read, or a name does not exist.
 pub fn screen(request: &ScreenRequest, session: Session<'_>) -> Result<Screenings, WorkError> {
-    let (mut sources, mut diagnostics) = (Sources::default(), Diagnostics::default());
+    let (mut sources, mut diagnostics) = (SourceMap::default(), Diagnostics::default());
     let mut tables = read(request, session.files, &mut sources, &mut diagnostics);
     if diagnostics.check().is_err() {
         return Err(WorkError::diagnosed(&diagnostics, sources));
@@ -75,14 +75,14 @@ pub fn screen(request: &ScreenRequest, session: Session<'_>) -> Result<Screening
     let mut of_model = None;
     if let Some(model) = &request.model {
         let LoadedModel { compiled, sources, digest, .. } =
-            load(model, &request.choices, &Directions::None, session)?;
+            load(model, &request.choices, &SensitivityDirections::None, session)?;
         of_model = Some(digest);
         session.spare(&sources)?;
-        let system = dgd_execute::Loaded::new(compiled.program);
+        let system = dgd_execute::LoadedSystem::new(compiled.program);
         let model = Model { system: &system, dae: &compiled.dae, options: Options::default() };
         let n = recordings.len();
         for (k, one) in recordings.iter_mut().enumerate() {
-            session.advanced("recordings compared with the model", k, Of::Exactly(n));
+            session.advanced("recordings compared with the model", k, Total::Exactly(n));
             model.look_at(one);
         }
     }
@@ -111,8 +111,8 @@ impl Screenings {
     /// # Errors
     ///
     /// The page cannot be made.
-    pub fn files(&self) -> Result<Files, WorkError> {
-        let mut files = Files::default();
+    pub fn files(&self) -> Result<ResultFolder, WorkError> {
+        let mut files = ResultFolder::default();
         let json = json_text(&self.to_json());
         let page = self.page()?.into_bytes();
         let steady = tables::steady(&self.recordings).into_bytes();
@@ -134,12 +134,12 @@ impl Screenings {
     pub fn figure(&self, recording: usize) -> Figure {
         let last = self.recordings.len().saturating_sub(1);
         let one = self.recordings.get(recording.min(last));
-        one.map_or_else(|| Figure::new(Text::default(), Vec::new()), figure::figure)
+        one.map_or_else(|| Figure::new(MathText::default(), Vec::new()), figure::figure)
     }
 
     /// The outcome: with `check`, a failure if there are faults.
     pub fn ended(&self) -> Ended {
-        let faults: usize = self.recordings.iter().map(|one| one.count(Weight::Fault)).sum();
+        let faults: usize = self.recordings.iter().map(|one| one.count(Severity::Fault)).sum();
         match faults {
             0 => Ended::Done,
             _ if !self.is_check => Ended::Done,
@@ -162,7 +162,7 @@ pub struct Screened {
     /// Its file.
     pub path: PathBuf,
     /// Its contents.
-    pub table: Table,
+    pub table: DataTable,
     /// Results of the tests.
     pub screening: Screening,
     /// Findings in words.
@@ -176,7 +176,7 @@ impl Screened {
     }
 
     /// Number of findings of this weight.
-    pub fn count(&self, weight: Weight) -> usize {
+    pub fn count(&self, weight: Severity) -> usize {
         self.notices.iter().filter(|notice| notice.weight == weight).count()
     }
 }
@@ -195,12 +195,12 @@ struct Wishes {
 fn read(
     request: &ScreenRequest,
     files: &dyn FileSystem,
-    sources: &mut Sources,
+    sources: &mut SourceMap,
     diagnostics: &mut Diagnostics,
-) -> Vec<(PathBuf, Table)> {
+) -> Vec<(PathBuf, DataTable)> {
     let mut tables = Vec::with_capacity(request.data.len());
     for path in &request.data {
-        let reading = Reading::default().as_it_is().renamed(&request.rename);
+        let reading = ReadOptions::default().as_it_is().renamed(&request.rename);
         let Ok(table) = reading.read(files, path, sources, diagnostics) else {
             continue;
         };
@@ -213,7 +213,7 @@ fn read(
 }
 
 /// The options, with existing names.
-fn wishes(request: &ScreenRequest, tables: &[(PathBuf, Table)]) -> Result<Wishes, WorkError> {
+fn wishes(request: &ScreenRequest, tables: &[(PathBuf, DataTable)]) -> Result<Wishes, WorkError> {
     let mut known: Vec<&str> =
         tables.iter().flat_map(|(_, table)| &table.columns).map(|c| c.name.as_str()).collect();
     known.sort_unstable();
@@ -237,7 +237,7 @@ fn wishes(request: &ScreenRequest, tables: &[(PathBuf, Table)]) -> Result<Wishes
         }
         for (at, one) in names.iter().enumerate() {
             for other in &names[at + 1..] {
-                let has_both = |(_, table): &(PathBuf, Table)| {
+                let has_both = |(_, table): &(PathBuf, DataTable)| {
                     table.column(one).is_some() && table.column(other).is_some()
                 };
                 if !tables.iter().any(has_both) {
@@ -268,7 +268,7 @@ fn wishes(request: &ScreenRequest, tables: &[(PathBuf, Table)]) -> Result<Wishes
 /// Screens recordings, in which columns of one name, or of one quantity, have one unit. A conclusion from one recording
 /// about two columns with similar names holds for all.
 fn screen_all(
-    tables: Vec<(PathBuf, Table)>,
+    tables: Vec<(PathBuf, DataTable)>,
     wishes: &Wishes,
     session: Session<'_>,
 ) -> Vec<Screened> {
@@ -276,17 +276,19 @@ fn screen_all(
         .iter()
         .map(|(_, table)| table.columns.iter().map(|c| unit_of(c.unit.as_ref())).collect())
         .collect();
-    let records: Vec<Record<'_>> =
+    let records: Vec<ScreenedRecord<'_>> =
         tables.iter().zip(&units).map(|((_, table), units)| record(table, units)).collect();
     let (mut alike, mut different): (Vec<[String; 2]>, Vec<[String; 2]>) = (Vec::new(), Vec::new());
     if tables.len() > 1 {
         for record in &records {
-            for pair in kin(record, &Request::default()) {
+            for pair in kin(record, &ScreenOptions::default()) {
                 let names = pair.channels.map(|i| record.channels[i].name.to_owned());
                 match pair.compared {
-                    Compared::Same(comparison) if comparison.gain.is_some() => alike.push(names),
-                    Compared::Different { .. } => different.push(names),
-                    Compared::Same(_) | Compared::Unknown => {}
+                    PairComparison::Same(comparison) if comparison.gain.is_some() => {
+                        alike.push(names)
+                    }
+                    PairComparison::Different { .. } => different.push(names),
+                    PairComparison::Same(_) | PairComparison::Unknown => {}
                 }
             }
         }
@@ -297,7 +299,7 @@ fn screen_all(
         .iter()
         .enumerate()
         .map(|(k, record)| {
-            session.advanced("recordings", k, Of::Exactly(records.len()));
+            session.advanced("recordings", k, Total::Exactly(records.len()));
             let position = |name: &String| record.channels.iter().position(|c| c.name == name);
             let pairs = |names: &[[String; 2]]| -> Vec<[usize; 2]> {
                 let pair = |[a, b]: &[String; 2]| {
@@ -308,7 +310,7 @@ fn screen_all(
             };
             let limits =
                 wishes.rest.iter().filter_map(|(name, rate)| Some((position(name)?, *rate)));
-            let request = Request {
+            let request = ScreenOptions {
                 same: pairs(&wishes.same),
                 alike: pairs(&alike),
                 different: pairs(&different),
@@ -330,20 +332,20 @@ fn screen_all(
 }
 
 /// A table as input of `dgd-screen`.
-fn record<'a>(table: &'a Table, units: &'a [String]) -> Record<'a> {
+fn record<'a>(table: &'a DataTable, units: &'a [String]) -> ScreenedRecord<'a> {
     let columns = table.columns.iter().zip(units);
     let channels =
         columns.map(|(c, unit)| Channel { name: &c.name, unit, values: &c.values }).collect();
-    Record { times: table.time.as_deref().unwrap_or_default(), channels }
+    ScreenedRecord { times: table.time.as_deref().unwrap_or_default(), channels }
 }
 
 /// Notices from reading the file.
-fn of_reading(table: &Table) -> Vec<Notice> {
+fn of_reading(table: &DataTable) -> Vec<Notice> {
     let mut notices = Vec::new();
     let mut add = |kind, channels: Vec<String>, text: String, advice: &str| {
         notices.push(Notice {
             kind,
-            weight: Weight::Fault,
+            weight: Severity::Fault,
             channels,
             stretches: Vec::new(),
             amount: None,
@@ -396,11 +398,11 @@ pub(super) fn quoted(names: &[String]) -> String {
 }
 
 /// The ends of an interval.
-pub(super) fn ends(stretch: &Stretch) -> [f64; 2] {
+pub(super) fn ends(stretch: &TimeStretch) -> [f64; 2] {
     [stretch.from, stretch.until]
 }
 
 /// The unit of differences of a column of a table.
-pub(super) fn apart(table: &Table, column: usize) -> String {
+pub(super) fn apart(table: &DataTable, column: usize) -> String {
     difference_unit(table.columns[column].unit.as_ref())
 }

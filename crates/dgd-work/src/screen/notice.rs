@@ -1,10 +1,10 @@
 //! Findings in the user's words.
 
 use dgd_compiler::units::{Unit, parse_unit};
-use dgd_data::Table;
+use dgd_data::DataTable;
 use dgd_runtime::signature::number::short;
 use dgd_screen::redundant::Kinship;
-use dgd_screen::{Estimate, Fault, Finding, Stretch, Weight};
+use dgd_screen::{ChannelFault, Estimate, Finding, Severity, TimeStretch};
 
 use crate::output::quantity::{Quantity, with_unit};
 use crate::output::table::significant;
@@ -15,11 +15,11 @@ pub struct Notice {
     /// Its kind, for programs.
     pub kind: &'static str,
     /// Its importance.
-    pub weight: Weight,
+    pub weight: Severity,
     /// The affected columns.
     pub channels: Vec<String>,
     /// Affected intervals; empty if the whole recording is affected.
-    pub stretches: Vec<Stretch>,
+    pub stretches: Vec<TimeStretch>,
     /// Its size, if that is a number.
     pub amount: Option<Amount>,
     /// Upper bound of the probability under the null hypothesis.
@@ -97,7 +97,7 @@ pub(crate) fn difference_unit(unit: Option<&Unit>) -> String {
 }
 
 /// A finding of `dgd-screen` about the columns of a table.
-pub(super) fn notice(table: &Table, finding: &Finding) -> Notice {
+pub(super) fn notice(table: &DataTable, finding: &Finding) -> Notice {
     let columns: Vec<_> = finding.channels.iter().map(|i| &table.columns[*i]).collect();
     let name = |i: usize| columns.get(i).map_or("", |column| column.name.as_str());
     let unit = columns.first().and_then(|column| column.unit.as_ref());
@@ -128,7 +128,13 @@ struct Said {
     amount: Option<Amount>,
 }
 
-fn said(fault: &Fault, [one, other]: [&str; 2], unit: &str, apart: &str, rows: usize) -> Said {
+fn said(
+    fault: &ChannelFault,
+    [one, other]: [&str; 2],
+    unit: &str,
+    apart: &str,
+    rows: usize,
+) -> Said {
     let say = |kind, text: String, advice: &str, amount: Option<Amount>| Said {
         kind,
         text,
@@ -138,37 +144,37 @@ fn said(fault: &Fault, [one, other]: [&str; 2], unit: &str, apart: &str, rows: u
     let value_text = |value: f64| with_unit(reading(value), unit);
     let share = |count: usize| format!("{} %", short(100.0 * count as f64 / rows as f64, 2));
     match fault {
-        Fault::Empty => say(
+        ChannelFault::Empty => say(
             "empty",
             format!("`{one}` has no value in any of {rows} rows"),
             "leave the column out, or look for it at its source",
             None,
         ),
-        Fault::Constant(value) => say(
+        ChannelFault::Constant(value) => say(
             "constant",
             format!("`{one}` is {} throughout", value_text(*value)),
             "a set value may be; a sensor would be dead, or at the end of its range",
             Some(Amount::exact(*value, unit)),
         ),
-        Fault::Missing(count) => say(
+        ChannelFault::Missing(count) => say(
             "missing",
             format!("`{one}` has no value in {count} rows, {} of all", share(*count)),
             "measured outputs may have gaps; those of an input have to be filled",
             Some(Amount::exact(*count as f64, "rows")),
         ),
-        Fault::Gaps => say(
+        ChannelFault::Gaps => say(
             "gap",
             "nothing was recorded for more than three samples".to_owned(),
             "an input is taken to go on as declared: cut the recording there if it did not",
             None,
         ),
-        Fault::Uneven(uneven) => say(
+        ChannelFault::Uneven(uneven) => say(
             "uneven",
             format!("{} % of the samples are not at the usual distance", short(100.0 * uneven, 2)),
             "nothing: fits take samples at any times",
             Some(Amount::exact(*uneven, "")),
         ),
-        Fault::Frozen { value, samples, is_shown } => say(
+        ChannelFault::Frozen { value, samples, is_shown } => say(
             "frozen",
             format!("`{one}` reads {} in {samples} rows on end", value_text(*value)),
             if *is_shown {
@@ -178,7 +184,7 @@ fn said(fault: &Fault, [one, other]: [&str; 2], unit: &str, apart: &str, rows: u
             },
             Some(Amount::exact(*value, unit)),
         ),
-        Fault::Pulses { count, largest } => {
+        ChannelFault::Pulses { count, largest } => {
             let size = format!("{} {apart}", short(*largest, 3)).trim_end().to_owned();
             let number = if *count == 1 {
                 "a pulse, of".to_owned()
@@ -192,7 +198,7 @@ fn said(fault: &Fault, [one, other]: [&str; 2], unit: &str, apart: &str, rows: u
                 Some(Amount::exact(*largest, apart)),
             )
         }
-        Fault::Saturated { limit, is_upper, samples } => {
+        ChannelFault::Saturated { limit, is_upper, samples } => {
             let (side, reaches) = if *is_upper { ("upper", "above") } else { ("lower", "below") };
             say(
                 "saturated",
@@ -204,7 +210,7 @@ fn said(fault: &Fault, [one, other]: [&str; 2], unit: &str, apart: &str, rows: u
                 Some(Amount::exact(*limit, unit)),
             )
         }
-        Fault::Spikes { count, largest } => {
+        ChannelFault::Spikes { count, largest } => {
             let spikes = if *count == 1 { "a spike" } else { "spikes" };
             let largest_is = if *count == 1 { "of" } else { "the largest of" };
             let number = if *count == 1 { String::new() } else { format!("{count} ") };
@@ -216,7 +222,7 @@ fn said(fault: &Fault, [one, other]: [&str; 2], unit: &str, apart: &str, rows: u
                 Some(Amount::exact(*largest, apart)),
             )
         }
-        Fault::Coarse { step } => say(
+        ChannelFault::Coarse { step } => say(
             "quantised",
             format!(
                 "`{one}` is rounded to steps of {} {apart}, which hides its noise",
@@ -225,13 +231,13 @@ fn said(fault: &Fault, [one, other]: [&str; 2], unit: &str, apart: &str, rows: u
             "log more digits if the sensor has them",
             Some(Amount::exact(*step, apart)),
         ),
-        Fault::Unlike => say(
+        ChannelFault::Unlike => say(
             "unlike",
             format!("`{one}` and `{other}` do not move alike, and are said to measure the same"),
             "one of them is wrong, or `--same` is",
             None,
         ),
-        Fault::Opposed(correlation) => say(
+        ChannelFault::Opposed(correlation) => say(
             "opposed",
             format!(
                 "`{one}` and `{other}` move in opposite directions, correlation {correlation:.2}, and are \
@@ -240,7 +246,7 @@ fn said(fault: &Fault, [one, other]: [&str; 2], unit: &str, apart: &str, rows: u
             "is the sign of one of them wrong?",
             Some(Amount::exact(*correlation, "")),
         ),
-        Fault::Untold => say(
+        ChannelFault::Untold => say(
             "untold",
             format!(
                 "whether `{one}` and `{other}` measure the same is not to be seen: they rest, too \
@@ -249,7 +255,7 @@ fn said(fault: &Fault, [one, other]: [&str; 2], unit: &str, apart: &str, rows: u
             "screen a recording in which they move",
             None,
         ),
-        Fault::Offset { offset, kinship } => {
+        ChannelFault::Offset { offset, kinship } => {
             let amount = Amount::of(offset, apart);
             let than = if offset.value > 0.0 { "more" } else { "less" };
             let (why, advice) = match kinship {
@@ -262,7 +268,7 @@ fn said(fault: &Fault, [one, other]: [&str; 2], unit: &str, apart: &str, rows: u
             let text = format!("`{other}` reads {} {than} than `{one}`{why}", amount.size());
             say("offset", text, advice, Some(amount))
         }
-        Fault::Odd(offset) => {
+        ChannelFault::Odd(offset) => {
             let amount = Amount::of(offset, apart);
             let than = if offset.value > 0.0 { "more" } else { "less" };
             say(
@@ -272,7 +278,7 @@ fn said(fault: &Fault, [one, other]: [&str; 2], unit: &str, apart: &str, rows: u
                 Some(amount),
             )
         }
-        Fault::Gain(gain) => {
+        ChannelFault::Gain(gain) => {
             let factor = Amount {
                 value: 1.0 + gain.value,
                 half_width: Some(gain.half_width()),
@@ -285,7 +291,7 @@ fn said(fault: &Fault, [one, other]: [&str; 2], unit: &str, apart: &str, rows: u
                 Some(factor),
             )
         }
-        Fault::Drift(rate) => {
+        ChannelFault::Drift(rate) => {
             let hourly = Estimate {
                 value: 3600.0 * rate.value,
                 std_error: 3600.0 * rate.std_error,
@@ -299,7 +305,7 @@ fn said(fault: &Fault, [one, other]: [&str; 2], unit: &str, apart: &str, rows: u
                 Some(amount),
             )
         }
-        Fault::Noisier(ratio) => {
+        ChannelFault::Noisier(ratio) => {
             let (more, less, ratio) =
                 if *ratio > 1.0 { (other, one, *ratio) } else { (one, other, 1.0 / ratio) };
             say(
@@ -309,7 +315,7 @@ fn said(fault: &Fault, [one, other]: [&str; 2], unit: &str, apart: &str, rows: u
                 Some(Amount::exact(ratio, "")),
             )
         }
-        Fault::Late(late) => {
+        ChannelFault::Lag(late) => {
             let (late_one, early, value) =
                 if late.value > 0.0 { (other, one, late.value) } else { (one, other, -late.value) };
             let amount = Amount::of(&Estimate { value, ..*late }, "s");
@@ -338,7 +344,7 @@ impl Notice {
         if self.stretches.is_empty() {
             return "throughout".to_owned();
         }
-        let one = |stretch: &Stretch| {
+        let one = |stretch: &TimeStretch| {
             if stretch.from == stretch.until {
                 format!("{} s", reading(stretch.from))
             } else {

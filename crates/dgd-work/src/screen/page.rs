@@ -1,8 +1,8 @@
 //! `report.html`: the findings of all recordings, with a figure of each.
 
 use askama::Template;
-use dgd_page::{Link, Markup, Page, Tone};
-use dgd_screen::Weight;
+use dgd_page::{ChartLink, HeadlineTone, Markup, Page};
+use dgd_screen::Severity;
 
 use super::notice::{reading, unit_of};
 use super::{Screened, Screenings, figure, summary};
@@ -34,11 +34,11 @@ struct Recording {
 
 /// The page's text.
 pub(super) fn write(all: &Screenings) -> Result<String, WorkError> {
-    let faults: usize = all.recordings.iter().map(|one| one.count(Weight::Fault)).sum();
+    let faults: usize = all.recordings.iter().map(|one| one.count(Severity::Fault)).sum();
     let (headline, tone) = match faults {
-        0 => ("No fault was found".to_owned(), Tone::Good),
-        1 => ("One fault was found".to_owned(), Tone::Doubt),
-        n => (format!("{n} faults were found"), Tone::Doubt),
+        0 => ("No fault was found".to_owned(), HeadlineTone::Good),
+        1 => ("One fault was found".to_owned(), HeadlineTone::Doubt),
+        n => (format!("{n} faults were found"), HeadlineTone::Doubt),
     };
     let mut page = Page::new("Recordings, screened");
     let kind = Markup::text("Recordings, screened");
@@ -54,12 +54,12 @@ pub(super) fn write(all: &Screenings) -> Result<String, WorkError> {
 
 fn recording(one: &Screened, page: &mut Page) -> Recording {
     let mut findings = Vec::new();
-    for weight in [Weight::Fault, Weight::Remark] {
+    for weight in [Severity::Fault, Severity::Remark] {
         for notice in one.notices.iter().filter(|notice| notice.weight == weight) {
             findings.push([
                 match weight {
-                    Weight::Fault => "fault".to_owned(),
-                    Weight::Remark => "remark".to_owned(),
+                    Severity::Fault => "fault".to_owned(),
+                    Severity::Remark => "remark".to_owned(),
                 },
                 summary::subject(&notice.channels).replace('`', ""),
                 notice.text.replace('`', ""),
@@ -114,7 +114,7 @@ fn recording(one: &Screened, page: &mut Page) -> Recording {
         columns,
         points,
         transients,
-        chart: page.chart(&figure::figure(one), Link::With(&file), &caption).to_string(),
+        chart: page.chart(&figure::figure(one), ChartLink::With(&file), &caption).to_string(),
         file,
     }
 }

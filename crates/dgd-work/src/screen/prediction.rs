@@ -3,8 +3,8 @@
 //! A prediction is made only if it depends neither on parameters to be estimated nor on initial values: both are moved
 //! by a tenth, and the change due to parameters adds to the uncertainty.
 
-use dgd_runtime::{Inputs, Parameter, Point, Problem, System, start_from_outputs};
-use dgd_screen::{Estimate, Steady, mean};
+use dgd_runtime::{EvaluationPoint, Inputs, Parameter, Problem, System, start_from_outputs};
+use dgd_screen::{Estimate, SteadyPeriod, mean};
 
 use super::Screened;
 use super::against_model::{Columns, Model};
@@ -30,11 +30,11 @@ impl Model<'_> {
         columns: &Columns,
         output: usize,
         means: impl Fn((usize, usize)) -> Option<Vec<Estimate>>,
-    ) -> Option<(Predicted, Vec<Estimate>, &'s Steady)> {
-        let mut stretches: Vec<&Steady> = one.screening.motion.steady.iter().collect();
-        let length = |s: &Steady| s.stretch.until - s.stretch.from;
+    ) -> Option<(Predicted, Vec<Estimate>, &'s SteadyPeriod)> {
+        let mut stretches: Vec<&SteadyPeriod> = one.screening.motion.steady.iter().collect();
+        let length = |s: &SteadyPeriod| s.stretch.until - s.stretch.from;
         stretches.sort_by(|a, b| length(b).total_cmp(&length(a)));
-        let mut best: Option<(Predicted, Vec<Estimate>, &Steady)> = None;
+        let mut best: Option<(Predicted, Vec<Estimate>, &SteadyPeriod)> = None;
         for steady in stretches.into_iter().take(TRIED) {
             let (Some(means), Some(predicted)) =
                 (means(steady.samples), self.predicted(columns, steady.samples, output))
@@ -109,7 +109,7 @@ impl Model<'_> {
     ) -> Option<f64> {
         let y = self.state_at(u, p, measured, &[], moved)?;
         let mut w = vec![0.0; self.signature().outputs.len()];
-        self.system.outputs(Point { t: 0.0, y: &y, u, p, z: &[] }, &mut w);
+        self.system.outputs(EvaluationPoint { t: 0.0, y: &y, u, p, z: &[] }, &mut w);
         Some(w[output]).filter(|w| w.is_finite())
     }
 
@@ -133,7 +133,7 @@ impl Model<'_> {
             None => start.to_vec(),
             Some(share) => {
                 let mut y = vec![0.0; signature.unknowns.len()];
-                self.system.start(Point { t: 0.0, y: &[], u, p, z: &[] }, &mut y);
+                self.system.start(EvaluationPoint { t: 0.0, y: &[], u, p, z: &[] }, &mut y);
                 let differential = signature.unknowns.differential();
                 let nominal =
                     |i: usize| signature.unknowns.nominal(i).unwrap_or(y[i].abs().max(1e-3));

@@ -3,7 +3,7 @@
 use std::fmt::Write;
 use std::path::Path;
 
-use dgd_screen::Weight;
+use dgd_screen::Severity;
 
 use super::notice::{reading, unit_of};
 use super::{Screened, quoted};
@@ -33,11 +33,11 @@ fn push(text: &mut String, one: &Screened) -> std::fmt::Result {
     let rows = one.table.len();
     writeln!(text, "{}: {rows} rows over {} s", one.path.display(), reading(seconds))?;
     writeln!(text, "{}", verdict(one))?;
-    for weight in [Weight::Fault, Weight::Remark] {
+    for weight in [Severity::Fault, Severity::Remark] {
         for notice in one.notices.iter().filter(|notice| notice.weight == weight) {
             let word = match weight {
-                Weight::Fault => "fault",
-                Weight::Remark => "remark",
+                Severity::Fault => "fault",
+                Severity::Remark => "remark",
             };
             writeln!(text, "\n{word}: {}", notice.text)?;
             let when = notice.when(LISTED);
@@ -67,7 +67,7 @@ pub(super) fn verdict(one: &Screened) -> String {
         1 => format!("1 {word}"),
         n => format!("{n} {word}s"),
     };
-    let (faults, remarks) = (one.count(Weight::Fault), one.count(Weight::Remark));
+    let (faults, remarks) = (one.count(Severity::Fault), one.count(Severity::Remark));
     match (faults, remarks) {
         (0, 0) => "nothing is wrong with it".to_owned(),
         (0, n) => format!("no fault, {}", count(n, "remark")),

@@ -2,9 +2,9 @@
 
 use std::path::PathBuf;
 
-use dgd_compiler::diagnostics::{Code, Diagnostic, Diagnostics, Reported};
+use dgd_compiler::diagnostics::{Code, Diagnostic, Diagnostics, ErrorReported};
 use dgd_compiler::units::{Dimension, Unit, convert};
-use dgd_data::{Column, Table};
+use dgd_data::{DataColumn, DataTable};
 
 /// Converts columns to the unit of the first column of their name, and those that measure the `same` quantity to that
 /// of the first of them.
@@ -13,15 +13,15 @@ use dgd_data::{Column, Table};
 ///
 /// A unit does not convert (E604), or a column has none where another one has (E609).
 pub(crate) fn unify(
-    tables: &mut [(PathBuf, Table)],
+    tables: &mut [(PathBuf, DataTable)],
     same: &[[String; 2]],
     diagnostics: &mut Diagnostics,
-) -> Result<(), Reported> {
+) -> Result<(), ErrorReported> {
     // Copies without values, which may be long.
-    let mut firsts: Vec<Column> = Vec::new();
+    let mut firsts: Vec<DataColumn> = Vec::new();
     for column in tables.iter().flat_map(|(_, table)| &table.columns) {
         if !firsts.iter().any(|first| first.name == column.name) {
-            firsts.push(Column {
+            firsts.push(DataColumn {
                 name: column.name.clone(),
                 unit: column.unit.clone(),
                 values: Vec::new(),
@@ -52,7 +52,7 @@ pub(crate) fn unify(
 }
 
 /// Converts a column to the unit of another one.
-fn to_unit_of(column: &mut Column, first: &Column) -> Result<(), Box<Diagnostic>> {
+fn to_unit_of(column: &mut DataColumn, first: &DataColumn) -> Result<(), Box<Diagnostic>> {
     let plain = |unit: &Unit| unit.dimension == Dimension::ONE && unit.factor == 1.0;
     match (&column.unit, &first.unit) {
         (None, None) => Ok(()),
@@ -77,7 +77,7 @@ fn to_unit_of(column: &mut Column, first: &Column) -> Result<(), Box<Diagnostic>
                 column.name, from.symbol, to.symbol
             );
             Err(Box::new(
-                Diagnostic::new(Code::E604, column.place, message)
+                Diagnostic::new(Code::IncompatibleColumnUnit, column.place, message)
                     .label(first.place, format!("`{}` is in `{}` here", first.name, to.symbol))
                     .help(
                         "what is put side by side needs one kind of unit: screen them apart, or \
@@ -90,10 +90,10 @@ fn to_unit_of(column: &mut Column, first: &Column) -> Result<(), Box<Diagnostic>
     }
 }
 
-fn without_unit(column: &Column, other: &Column, unit: &Unit) -> Diagnostic {
+fn without_unit(column: &DataColumn, other: &DataColumn, unit: &Unit) -> Diagnostic {
     column.fault.clone().unwrap_or_else(|| {
         let message = format!("the column `{}` has no unit", column.name);
-        Diagnostic::new(Code::E609, column.place, message)
+        Diagnostic::new(Code::MalformedHeader, column.place, message)
             .label(other.place, format!("`{}` is in `{}` here", other.name, unit.symbol))
             .help(format!("write `{} [{}]`", column.name, unit.symbol))
     })

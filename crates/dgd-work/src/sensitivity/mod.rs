@@ -4,8 +4,8 @@ mod page;
 pub mod verify;
 
 use dgd_compiler::diagnostics::{Code, Diagnostic};
-use dgd_compiler::pipeline::Directions;
-use dgd_plot::{Figure, Meaning, Text};
+use dgd_compiler::pipeline::SensitivityDirections;
+use dgd_plot::{Figure, MathText, SeriesMeaning};
 use dgd_runtime::{Direction, Observations, Signature, Solution, Unit};
 use serde::{Serialize, Serializer};
 use serde_json::{Value, json};
@@ -50,7 +50,7 @@ pub struct Sensitivities {
     /// Versions and digests of the inputs.
     pub provenance: Provenance,
     /// Titles of the derivatives in a figure.
-    titles: Vec<Text>,
+    titles: Vec<MathText>,
 }
 
 /// An interval in which derivatives are undefined.
@@ -205,21 +205,21 @@ impl Sensitivities {
 
     /// For each quantity its trajectory, then its derivatives.
     pub fn figure(&self) -> Figure {
-        let subject = |column: &NamedColumn, title: Text| Subject {
+        let subject = |column: &NamedColumn, title: MathText| Subject {
             title,
             unit: column.unit.symbol.to_string(),
             lines: vec![Line {
-                name: Text::default(),
+                name: MathText::default(),
                 times: self.table.times.clone(),
                 values: column.in_unit(),
-                meaning: Meaning::Simulated,
+                meaning: SeriesMeaning::Simulated,
             }],
         };
         let each = self.table.columns.len() / self.trajectories.len().max(1);
         let mut derivatives = self.table.columns.iter().zip(&self.titles);
         let mut subjects = Vec::new();
         for trajectory in &self.trajectories {
-            subjects.push(subject(trajectory, Text::name(&trajectory.name)));
+            subjects.push(subject(trajectory, MathText::name(&trajectory.name)));
             let own_columns = derivatives.by_ref().take(each);
             subjects.extend(own_columns.map(|(column, title)| subject(column, title.clone())));
         }
@@ -253,9 +253,9 @@ fn load(
     let mut compilation = Compilation::new(session.files);
     let options = compilation.options(&request.run.choices)?;
     let directions = if request.to.is_empty() {
-        Directions::All
+        SensitivityDirections::All
     } else {
-        Directions::Named(
+        SensitivityDirections::Named(
             request.to.iter().map(|name| compilation.name("--to", name.trim())).collect(),
         )
     };
@@ -286,7 +286,7 @@ fn load(
         let others = outputs.iter().copied();
         let known: Vec<&str> = names.chain(others.filter(|name| unknown(name).is_none())).collect();
         let help = meant(&name.text, &known);
-        let diagnostic = Diagnostic::new(Code::E201, name.span, message).help(help);
+        let diagnostic = Diagnostic::new(Code::UnknownName, name.span, message).help(help);
         compilation.diagnostics.error(diagnostic);
     }
     if compilation.diagnostics.check().is_err() {
@@ -349,10 +349,10 @@ impl Pair {
         NamedColumn { name, unit: self.unit, kind: Kind::Derivative, values: self.values }
     }
 
-    fn title(&self) -> Text {
-        let derivative = Text::derivative(&self.of, &self.to);
+    fn title(&self) -> MathText {
+        let derivative = MathText::derivative(&self.of, &self.to);
         if self.scaled {
-            Text::name(&self.to).then(Text::plain(" ")).then(derivative)
+            MathText::name(&self.to).then(MathText::plain(" ")).then(derivative)
         } else {
             derivative
         }

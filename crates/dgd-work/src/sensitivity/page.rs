@@ -1,6 +1,6 @@
 //! The page of sensitivities: their sizes and times, curves, and undefined intervals.
 
-use dgd_page::{Cell, Markup, Page, Table, Tone};
+use dgd_page::{HeadlineTone, Markup, Page, PageCell, PageTable};
 
 use super::Sensitivities;
 use super::verify::Report;
@@ -23,25 +23,25 @@ pub(super) fn write(found: &Sensitivities, command: &str) -> String {
     page.finish(&origin(&found.provenance, command))
 }
 
-fn headline(found: &Sensitivities) -> (String, Tone) {
+fn headline(found: &Sensitivities) -> (String, HeadlineTone) {
     if let Some(error) = &found.stopped {
-        return (format!("The run stopped: {error}"), Tone::Doubt);
+        return (format!("The run stopped: {error}"), HeadlineTone::Doubt);
     }
     if let Some(wrong) = found.verification.as_ref().and_then(Report::wrong) {
-        return (wrong, Tone::Doubt);
+        return (wrong, HeadlineTone::Doubt);
     }
     let names: Vec<String> =
         found.trajectories.iter().map(|one| format!("`{}`", one.name)).collect();
     let n = found.table.columns.len();
     let noun = if n == 1 { "derivative" } else { "derivatives" };
     let checked = if found.verification.is_some() { ", equal to differences of runs" } else { "" };
-    (format!("{n} {noun} of {}{checked}", names.join(", ")), Tone::Plain)
+    (format!("{n} {noun} of {}{checked}", names.join(", ")), HeadlineTone::Plain)
 }
 
 /// The largest value of each derivative, and its time.
 fn sizes(found: &Sensitivities) -> Markup {
     let head = ["derivative", "unit", "largest", "at, s", "root mean square", "at the end"];
-    let mut table = Table::new("How large the derivatives are", &head);
+    let mut table = PageTable::new("How large the derivatives are", &head);
     for (column, title) in found.table.columns.iter().zip(&found.titles) {
         let values = column.in_unit();
         let finite = || values.iter().enumerate().filter(|(_, value)| value.is_finite());
@@ -49,7 +49,7 @@ fn sizes(found: &Sensitivities) -> Markup {
         let count = finite().count().max(1) as f64;
         let rms = (finite().map(|(_, value)| value * value).sum::<f64>() / count).sqrt();
         table.rows.push(vec![
-            Cell::text(Markup::from(title)),
+            PageCell::text(Markup::from(title)),
             unit(&column.unit.symbol),
             number(largest.map(|(_, value)| *value), 4),
             number(largest.and_then(|(k, _)| found.table.times.get(k).copied()), 4),
@@ -62,10 +62,10 @@ fn sizes(found: &Sensitivities) -> Markup {
 
 fn undefined(found: &Sensitivities) -> Markup {
     let mut table =
-        Table::new("Where a derivative is not defined", &["from, s", "until, s", "because of"]);
+        PageTable::new("Where a derivative is not defined", &["from, s", "until, s", "because of"]);
     for stretch in &found.undefined {
-        let cells = [stretch.from, stretch.until].map(|t| Cell::number(&short(t, 6), Some(t)));
-        let because = Cell::text(Markup::code(&stretch.equation));
+        let cells = [stretch.from, stretch.until].map(|t| PageCell::number(&short(t, 6), Some(t)));
+        let because = PageCell::text(Markup::code(&stretch.equation));
         table.rows.push(cells.into_iter().chain([because]).collect());
     }
     table.to_markup()

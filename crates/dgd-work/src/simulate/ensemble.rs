@@ -4,10 +4,10 @@ use std::io::{self, Write};
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 use dgd_compiler::diagnostics::Diagnostics;
-use dgd_compiler::pipeline::Directions;
-use dgd_data::write::{Written, write_header, write_rows};
+use dgd_compiler::pipeline::SensitivityDirections;
+use dgd_data::write::{OutputColumn, write_header, write_rows};
 use dgd_page::Markup;
-use dgd_plot::{Envelope, Figure, Meaning, Panel, Series, Style, Text};
+use dgd_plot::{Envelope, Figure, MathText, Panel, PlotSeries, SeriesMeaning, SeriesStyle};
 use dgd_runtime::ensemble::{Member, Trajectory, members_at_a_time};
 use dgd_runtime::{IntegrateError, Statistics, Unit, side};
 use serde_json::{Value, json};
@@ -115,7 +115,7 @@ impl Ensemble {
             }
         }
         let mut loaded =
-            load(&request.run.model, &request.run.choices, &Directions::None, session)?;
+            load(&request.run.model, &request.run.choices, &SensitivityDirections::None, session)?;
         let mut diagnostics = Diagnostics::default();
         let LoadedModel { compiled, sources, .. } = &mut loaded;
         let Ok(sets) = sets::read(session.files, table, &compiled.dae, sources, &mut diagnostics)
@@ -211,7 +211,7 @@ impl Ensemble {
                 run.system.reduce_members(&members, times, options, threads, |_, one| {
                     let trajectory = one.map_err(|failure| failure.error)?;
                     let done = done.fetch_add(1, Ordering::Relaxed) + 1;
-                    let count = dgd_identify::Of::Exactly(all);
+                    let count = dgd_identify::Total::Exactly(all);
                     session.advanced("sets", done, count);
                     let columns = shown.iter().map(|shown| values(&trajectory, shown.of));
                     Ok((columns.collect::<Vec<_>>(), trajectory.statistics))
@@ -261,13 +261,13 @@ impl Ensemble {
         let columns =
             |numbers: &'_ [f64],
              values: &'_ [Vec<f64>],
-             write: &mut dyn FnMut(&[Written<'_>]) -> io::Result<()>| {
+             write: &mut dyn FnMut(&[OutputColumn<'_>]) -> io::Result<()>| {
                 let mut columns = vec![
-                    Written::new("set", &plain, numbers),
-                    Written { epoch, ..Written::new("time", &seconds, &times) },
+                    OutputColumn::new("set", &plain, numbers),
+                    OutputColumn { epoch, ..OutputColumn::new("time", &seconds, &times) },
                 ];
                 for ((name, unit), values) in units.iter().zip(values) {
-                    columns.push(Written::new(name, unit, values));
+                    columns.push(OutputColumn::new(name, unit, values));
                 }
                 write(&columns)
             };
@@ -396,43 +396,43 @@ fn figure(run: &Run, sets: &[Vec<Vec<f64>>]) -> Figure {
             continue;
         }
         let mut panel = Panel {
-            title: Text::name(name),
-            y_label: Text::default().with_unit(&unit.symbol),
+            title: MathText::name(name),
+            y_label: MathText::default().with_unit(&unit.symbol),
             ..Panel::default()
         };
         let times = &run.times;
-        let line = |meaning, name: &str, y: Vec<f64>| Series {
+        let line = |meaning, name: &str, y: Vec<f64>| PlotSeries {
             meaning,
-            ..Series::new(Text::plain(name), Style::Line, times.clone(), y)
+            ..PlotSeries::new(MathText::plain(name), SeriesStyle::Line, times.clone(), y)
         };
         if let Of::Input(i) = of {
             let values = in_unit(&input_values(run, *i), unit);
-            panel.series.push(line(Meaning::Input(*i), name, values));
+            panel.series.push(line(SeriesMeaning::Input(*i), name, values));
             panels.push(panel);
             continue;
         }
         let quantiles = quantiles(sets, j, times.len());
         let [low, lower, middle, upper, high] = quantiles.map(|values| in_unit(&values, unit));
-        panel.series.push(line(Meaning::Simulated, "median", middle));
+        panel.series.push(line(SeriesMeaning::Simulated, "median", middle));
         // The outer band in grey, the inner one in the colour of the line.
         for (name, around, low, high) in
             [("90 %", None, low, high), ("50 %", Some(0), lower, upper)]
         {
-            let name = Text::plain(name);
+            let name = MathText::plain(name);
             panel.envelopes.push(Envelope { name, around, x: times.clone(), low, high });
         }
         if let Of::Output(i) = of
             && let Some(Some(samples)) = run.measured.outputs.get(*i)
         {
             let (x, y) = (run.measured.times.clone(), in_unit(samples, unit));
-            panel.series.push(Series {
-                meaning: Meaning::Measured,
-                ..Series::new(Text::plain("measured"), Style::ThinLine, x, y)
+            panel.series.push(PlotSeries {
+                meaning: SeriesMeaning::Measured,
+                ..PlotSeries::new(MathText::plain("measured"), SeriesStyle::ThinLine, x, y)
             });
         }
         panels.push(panel);
     }
-    Figure::new(Text::plain("Time").with_unit("s"), panels)
+    Figure::new(MathText::plain("Time").with_unit("s"), panels)
 }
 
 /// Probabilities of the quantiles at the edges of the bands.

@@ -1,6 +1,6 @@
 //! Arrays over place and time: the elements that a run keeps for their picture, and the picture.
 
-use dgd_plot::{HeatMap, Panel, Text};
+use dgd_plot::{HeatMap, MathText, Panel};
 use dgd_runtime::{Signature, Solution, Unit};
 
 use crate::output::columns::{in_unit, is_added, is_element};
@@ -102,8 +102,8 @@ impl Field {
 
 fn panel(name: &str, unit: &Unit, places: Vec<f64>, x: Vec<f64>, values: Vec<Vec<f64>>) -> Panel {
     Panel {
-        title: Text::name(name).with_unit(&unit.symbol),
-        y_label: Text::plain("index"),
+        title: MathText::name(name).with_unit(&unit.symbol),
+        y_label: MathText::plain("index"),
         map: Some(HeatMap { x, places, values }),
         ..Panel::default()
     }

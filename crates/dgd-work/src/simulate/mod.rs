@@ -7,9 +7,9 @@ mod over;
 mod page;
 mod prepared;
 
-use dgd_compiler::pipeline::Directions;
+use dgd_compiler::pipeline::SensitivityDirections;
 use dgd_page::Markup;
-use dgd_plot::{Figure, Meaning, Text};
+use dgd_plot::{Figure, MathText, SeriesMeaning};
 use dgd_runtime::{IntegrateError, Observations, Solution};
 use serde::{Serialize, Serializer};
 use serde_json::{Value, json};
@@ -108,7 +108,8 @@ impl SolutionFacts {
 ///
 /// [`WorkError`]. A run that ends early returns a result with the reason.
 pub fn simulate(request: &SimulateRequest, session: Session<'_>) -> Result<Simulated, WorkError> {
-    let loaded = load(&request.run.model, &request.run.choices, &Directions::None, session)?;
+    let loaded =
+        load(&request.run.model, &request.run.choices, &SensitivityDirections::None, session)?;
     let mut run = Run::prepare(&request.run, loaded, session)?;
     let mut sweep = Sweep::of(request, run.signature())?;
     let wanted = if request.fields && sweep.is_none() {
@@ -306,7 +307,7 @@ impl Simulated {
     /// The curves of the figure: the inputs by unit; then each declared state and each output, with its measurements.
     /// Elements of `arrays`, which have pictures of their own, are included if they were measured.
     fn subjects(&self, arrays: &[String]) -> Vec<(Kind, Subject)> {
-        let line = |name: Text, column: &NamedColumn, meaning| Line {
+        let line = |name: MathText, column: &NamedColumn, meaning| Line {
             name,
             times: self.table.times.clone(),
             values: column.in_unit(),
@@ -314,23 +315,23 @@ impl Simulated {
         };
         let mut subjects: Vec<(Kind, Subject)> = Vec::new();
         for (place, input) in self.of_kind(Kind::Input).enumerate() {
-            let line = line(Text::name(&input.name), input, Meaning::Input(place));
+            let line = line(MathText::name(&input.name), input, SeriesMeaning::Input(place));
             let unit = input.unit.symbol.to_string();
             let alike = subjects.iter_mut().find(|(_, subject)| subject.unit == unit);
             if let Some((_, subject)) = alike {
                 // Two or more lines are named by the legend.
-                subject.title = Text::default();
+                subject.title = MathText::default();
                 subject.lines.push(line);
             } else {
-                let title = Text::name(&input.name);
+                let title = MathText::name(&input.name);
                 subjects.push((Kind::Input, Subject { title, unit, lines: vec![line] }));
             }
         }
         for unknown in self.of_kind(Kind::Unknown).filter(|unknown| !is_added(&unknown.name)) {
             let subject = Subject {
-                title: Text::name(&unknown.name),
+                title: MathText::name(&unknown.name),
                 unit: unknown.unit.symbol.to_string(),
-                lines: vec![line(Text::plain("simulated"), unknown, Meaning::Simulated)],
+                lines: vec![line(MathText::plain("simulated"), unknown, SeriesMeaning::Simulated)],
             };
             subjects.push((Kind::Unknown, subject));
         }
@@ -339,16 +340,17 @@ impl Simulated {
             if fields::is_of(&output.name, arrays) && !is_measured {
                 continue;
             }
-            let mut lines = vec![line(Text::plain("simulated"), output, Meaning::Simulated)];
+            let mut lines =
+                vec![line(MathText::plain("simulated"), output, SeriesMeaning::Simulated)];
             if let Some(Some(samples)) = self.measured.outputs.get(i) {
                 lines.push(Line {
-                    name: Text::plain("measured"),
+                    name: MathText::plain("measured"),
                     times: self.measured.times.clone(),
                     values: in_unit(samples, &output.unit),
-                    meaning: Meaning::Measured,
+                    meaning: SeriesMeaning::Measured,
                 });
             }
-            let (title, unit) = (Text::name(&output.name), output.unit.symbol.to_string());
+            let (title, unit) = (MathText::name(&output.name), output.unit.symbol.to_string());
             subjects.push((Kind::Output, Subject { title, unit, lines }));
         }
         subjects

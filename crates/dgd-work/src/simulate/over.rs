@@ -1,6 +1,6 @@
 //! Outputs drawn over another quantity than time, such as characteristic curves.
 
-use dgd_plot::{Figure, Label, Meaning, Panel, Series, Style, Text};
+use dgd_plot::{Figure, MathText, Panel, PlotSeries, PointLabel, SeriesMeaning, SeriesStyle};
 use dgd_runtime::{Signature, Unit};
 
 use super::Simulated;
@@ -158,7 +158,7 @@ pub(super) fn figure(sweep: &Sweep, simulated: &Simulated) -> Option<Figure> {
         .map_or_else(|| x.clone(), |samples| in_unit(&samples, &abscissa.unit));
     let mut panels = Panels::default();
     let mut places = 0..;
-    let mut alike = || Meaning::Variant(places.next().unwrap_or_default());
+    let mut alike = || SeriesMeaning::Variant(places.next().unwrap_or_default());
     for (i, output) in outputs().enumerate() {
         if output.name == *name || sweep.hides(&output.name) {
             continue;
@@ -179,17 +179,22 @@ pub(super) fn figure(sweep: &Sweep, simulated: &Simulated) -> Option<Figure> {
             append(series, array, &x, output, label, &mut alike);
             continue;
         }
-        let line = Series::new(Text::name(&output.name), Style::Line, x.clone(), output.in_unit());
-        series.push(Series { meaning: alike(), ..line });
+        let line = PlotSeries::new(
+            MathText::name(&output.name),
+            SeriesStyle::Line,
+            x.clone(),
+            output.in_unit(),
+        );
+        series.push(PlotSeries { meaning: alike(), ..line });
     }
     for (at, heights) in &sweep.marks {
         let elements =
             |name: &str| outputs().filter(|output| base(&output.name) == name).collect::<Vec<_>>();
-        let mut marks = Series {
-            style: Style::Marks,
-            name: Text::name(heights),
+        let mut marks = PlotSeries {
+            style: SeriesStyle::Marks,
+            name: MathText::name(heights),
             meaning: alike(),
-            ..Series::default()
+            ..PlotSeries::default()
         };
         let mut unit = None;
         for (x, y) in elements(at).into_iter().zip(elements(heights)) {
@@ -201,22 +206,22 @@ pub(super) fn figure(sweep: &Sweep, simulated: &Simulated) -> Option<Figure> {
             panels.of(column).series.push(marks);
         }
     }
-    Some(Figure::new(Text::name(name).with_unit(&abscissa.unit.symbol), panels.finished()))
+    Some(Figure::new(MathText::name(name).with_unit(&abscissa.unit.symbol), panels.finished()))
 }
 
 /// Adds the curve of an element to the series of its array, after a gap, labelled with the value of another column or
 /// the element's index.
 fn append(
-    series: &mut Vec<Series>,
+    series: &mut Vec<PlotSeries>,
     array: &str,
     x: &[f64],
     curve: &NamedColumn,
     label: Option<&NamedColumn>,
-    meaning: &mut impl FnMut() -> Meaning,
+    meaning: &mut impl FnMut() -> SeriesMeaning,
 ) {
-    let name = Text::name(array);
+    let name = MathText::name(array);
     let position = series.iter().position(|series| series.name == name).unwrap_or_else(|| {
-        series.push(Series { name, meaning: meaning(), ..Series::default() });
+        series.push(PlotSeries { name, meaning: meaning(), ..PlotSeries::default() });
         series.len() - 1
     });
     let (all, y) = (&mut series[position], curve.in_unit());
@@ -227,20 +232,20 @@ fn append(
     let end = x.iter().zip(&y).rfind(|(x, y)| x.is_finite() && y.is_finite());
     if let Some((x, y)) = end {
         let index = || curve.name[array.len()..].trim_matches(['[', ']']);
-        let text = label.map_or_else(|| Text::plain(index()), last_value);
-        all.labels.push(Label { x: *x, y: *y, text });
+        let text = label.map_or_else(|| MathText::plain(index()), last_value);
+        all.labels.push(PointLabel { x: *x, y: *y, text });
     }
     all.x.extend_from_slice(x);
     all.y.extend(y);
 }
 
 /// The last value of a column, with its unit.
-fn last_value(column: &NamedColumn) -> Text {
+fn last_value(column: &NamedColumn) -> MathText {
     let value = column.in_unit().last().copied().unwrap_or(f64::NAN);
-    let value = Text::plain(&rounded(value, DIGITS));
+    let value = MathText::plain(&rounded(value, DIGITS));
     match &*column.unit.symbol {
         "1" => value,
-        symbol => value.then(Text::plain(" ")).then(Text::unit(symbol)),
+        symbol => value.then(MathText::plain(" ")).then(MathText::unit(symbol)),
     }
 }
 
@@ -254,7 +259,7 @@ struct Panels {
 impl Panels {
     /// The panel for a column's unit.
     fn of(&mut self, column: &NamedColumn) -> &mut Panel {
-        let label = Text::default().with_unit(&column.unit.symbol);
+        let label = MathText::default().with_unit(&column.unit.symbol);
         let panels = &mut self.by_unit;
         let position =
             panels.iter().position(|panel| panel.y_label == label).unwrap_or_else(|| {
@@ -266,15 +271,16 @@ impl Panels {
 
     /// Adds an output with its measurements.
     fn add_measured(&mut self, column: &NamedColumn, x: &[f64], at: &[f64], samples: Vec<f64>) {
-        let series = |name: &str, style, meaning, x: &[f64], y| Series {
+        let series = |name: &str, style, meaning, x: &[f64], y| PlotSeries {
             meaning,
-            ..Series::new(Text::plain(name), style, x.to_vec(), y)
+            ..PlotSeries::new(MathText::plain(name), style, x.to_vec(), y)
         };
-        let simulated = series("simulated", Style::Line, Meaning::Simulated, x, column.in_unit());
-        let measured = series("measured", Style::Dots, Meaning::Measured, at, samples);
+        let simulated =
+            series("simulated", SeriesStyle::Line, SeriesMeaning::Simulated, x, column.in_unit());
+        let measured = series("measured", SeriesStyle::Dots, SeriesMeaning::Measured, at, samples);
         self.measured.push(Panel {
-            title: Text::name(&column.name),
-            y_label: Text::default().with_unit(&column.unit.symbol),
+            title: MathText::name(&column.name),
+            y_label: MathText::default().with_unit(&column.unit.symbol),
             series: vec![simulated, measured],
             ..Panel::default()
         });
@@ -351,19 +357,19 @@ mod tests {
             (column("head[2]", "m", [5.0, 4.0, f64::NAN]), column("speed[2]", "1", [0.5; 3])),
         ];
         let mut places = 3..;
-        let mut alike = || Meaning::Variant(places.next().unwrap_or_default());
+        let mut alike = || SeriesMeaning::Variant(places.next().unwrap_or_default());
         for (curve, label) in &curves {
             append(&mut series, "head", &x, curve, Some(label), &mut alike);
         }
         let [all] = series.as_slice() else { unreachable!("one series") };
-        assert_eq!((all.x.len(), all.meaning), (7, Meaning::Variant(3)));
+        assert_eq!((all.x.len(), all.meaning), (7, SeriesMeaning::Variant(3)));
         assert!(all.y[3].is_nan());
         let labels: Vec<(f64, f64, String)> =
             all.labels.iter().map(|label| (label.x, label.y, label.text.to_html())).collect();
         let expected = [(2.0, 1.0, "1000 rpm".to_owned()), (1.0, 4.0, "0.5000".to_owned())];
         assert_eq!(labels, expected);
         append(&mut series, "q", &x, &column("q[7]", "m", [1.0; 3]), None, &mut alike);
-        assert_eq!(series[1].labels[0].text, Text::plain("7"), "its index");
-        assert_eq!(series[1].meaning, Meaning::Variant(4));
+        assert_eq!(series[1].labels[0].text, MathText::plain("7"), "its index");
+        assert_eq!(series[1].meaning, SeriesMeaning::Variant(4));
     }
 }

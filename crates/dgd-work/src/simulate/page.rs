@@ -1,7 +1,7 @@
 //! The page of a simulation: agreement with measurements, curves, events.
 
-use dgd_page::{Cell, Link, Markup, Page, Table, Tone};
-use dgd_plot::{Figure, Meaning, Text};
+use dgd_page::{ChartLink, HeadlineTone, Markup, Page, PageCell, PageTable};
+use dgd_plot::{Figure, MathText, SeriesMeaning};
 
 use super::Simulated;
 use super::over::measured_at;
@@ -26,9 +26,9 @@ pub(super) fn write(simulated: &Simulated, command: &str) -> String {
     let compared = compared(simulated);
     let (headline, agreement) = in_words(simulated, &compared);
     let (headline, more) = (Markup::prose(&headline), [solved(simulated), agreement]);
-    page.push_header(&kind, &headline, Tone::Plain, &more);
+    page.push_header(&kind, &headline, HeadlineTone::Plain, &more);
     // A plot over another quantity does not pan with the other figures.
-    let link = if simulated.sweep.is_some() { Link::Alone } else { TIME };
+    let link = if simulated.sweep.is_some() { ChartLink::Alone } else { TIME };
     let chart = page.chart(&simulated.figure(), link, &Markup::default());
     page.push_section("Inputs, states and outputs", &[chart]);
     if let Some(residuals) = residuals(simulated, &compared) {
@@ -103,13 +103,13 @@ pub(super) fn compared(simulated: &Simulated) -> Vec<Compared<'_>> {
 /// The residuals, if anything was measured.
 pub(super) fn residuals(simulated: &Simulated, compared: &[Compared<'_>]) -> Option<Figure> {
     let subject = |one: &Compared<'_>| Subject {
-        title: Text::name(&one.output.name),
+        title: MathText::name(&one.output.name),
         unit: of_differences(&one.output.unit).symbol.to_string(),
         lines: vec![Line {
-            name: Text::plain("measured − simulated"),
+            name: MathText::plain("measured − simulated"),
             times: simulated.table.times.clone(),
             values: one.measured.iter().zip(&one.simulated).map(|(y, w)| y - w).collect(),
-            meaning: Meaning::Residual,
+            meaning: SeriesMeaning::Residual,
         }],
     };
     let subjects: Vec<Subject> = compared.iter().map(subject).collect();
@@ -118,9 +118,9 @@ pub(super) fn residuals(simulated: &Simulated, compared: &[Compared<'_>]) -> Opt
 
 /// The events by time.
 fn events(events: &[EventEntry]) -> Markup {
-    let mut table = Table::new("Events", &["time, s", "what", "from", "to"]);
+    let mut table = PageTable::new("Events", &["time, s", "what", "from", "to"]);
     for event in events {
-        let modes = Cell::text(Markup::code(&event.modes));
+        let modes = PageCell::text(Markup::code(&event.modes));
         table.rows.push(vec![
             number(Some(event.t), 6),
             modes,

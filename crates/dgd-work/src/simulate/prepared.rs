@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use dgd_compiler::pipeline::Directions;
+use dgd_compiler::pipeline::SensitivityDirections;
 
 use super::{Simulated, table};
 use crate::check::Description;
@@ -31,7 +31,7 @@ pub struct Prepared {
 ///
 /// [`WorkError`].
 pub fn prepare(request: &RunRequest, session: Session<'_>) -> Result<Prepared, WorkError> {
-    let loaded = load(&request.model, &request.choices, &Directions::None, session)?;
+    let loaded = load(&request.model, &request.choices, &SensitivityDirections::None, session)?;
     let provenance = Provenance::new(session, Some(loaded.digest.clone()), Vec::new());
     let path = request.model.display().to_string();
     let compiled = &loaded.compiled;

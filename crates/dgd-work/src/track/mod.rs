@@ -6,9 +6,11 @@ mod settings;
 
 use std::io::{self, Read, Write};
 
-use dgd_compiler::pipeline::{Compiled, Directions};
-use dgd_identify::Of;
-use dgd_identify::filter::{Alarm, Filter, FilterError, FilterProblem, Row, Sample};
+use dgd_compiler::pipeline::{CompiledStages, SensitivityDirections};
+use dgd_identify::Total;
+use dgd_identify::filter::{
+    FilterError, FilterProblem, FilterSample, InnovationAlarm, RunningFilter, TrackedRow,
+};
 use dgd_page::Markup;
 use dgd_plot::Figure;
 use dgd_runtime::{Inputs, Problem, System, start_from_outputs};
@@ -45,7 +47,7 @@ pub enum LineFormat {
 #[non_exhaustive]
 pub struct Tracked {
     /// The rows, if they were to be kept.
-    pub rows: Vec<Row>,
+    pub rows: Vec<TrackedRow>,
     /// Number of rows.
     pub count: usize,
     /// Remarks on all rows.
@@ -104,7 +106,7 @@ pub fn track(
     let mut compilation = Compilation::new(session.files);
     let options_of_model = compilation.options(&request.choices)?;
     let (free, fixed) = compilation.sought(&request.sought);
-    let directions = Directions::Tracked { free, fixed };
+    let directions = SensitivityDirections::Tracked { free, fixed };
     let apply = &request.choices.apply;
     let compiled =
         compilation.compile_text(&request.model, apply, &options_of_model, &directions)?;
@@ -144,7 +146,7 @@ pub fn track(
 struct Tracking<'a> {
     request: &'a TrackRequest,
     session: Session<'a>,
-    compiled: &'a Compiled,
+    compiled: &'a CompiledStages,
     problem: FilterProblem<'a>,
     asked: Asked,
     provenance: Provenance,
@@ -166,14 +168,14 @@ impl Tracking<'_> {
                 WorkError::Found(format!("`{data}` has no row to track"))
             });
         };
-        let sample = Sample { t: first.t, u: &first.u, measured: &first.measured };
+        let sample = FilterSample { t: first.t, u: &first.u, measured: &first.measured };
         self.set_start(sample, &rows.measured)?;
         let Tracking { asked, compiled, problem, .. } = &self;
         let settings = Settings::new(asked, compiled, problem, sample, &rows.measured)?;
         let used: Vec<bool> = settings.tuning.noise.iter().map(Option::is_some).collect();
         let report = Report::new(problem, &used, rows.epoch());
-        let (filter, row) =
-            Filter::begin(problem, &settings.tuning, sample).map_err(|error| failed(&error))?;
+        let (filter, row) = RunningFilter::begin(problem, &settings.tuning, sample)
+            .map_err(|error| failed(&error))?;
         self.session.remark(&settings.text(problem));
         let mut output = Output {
             tracking: &self,
@@ -198,7 +200,7 @@ impl Tracking<'_> {
     }
 
     /// Initial values from the first row, with `--start measured`.
-    fn set_start(&mut self, first: Sample<'_>, measured: &[bool]) -> Result<(), WorkError> {
+    fn set_start(&mut self, first: FilterSample<'_>, measured: &[bool]) -> Result<(), WorkError> {
         if self.request.solve.start != Start::Measured {
             return Ok(());
         }
@@ -231,7 +233,7 @@ struct Output<'a> {
     tracking: &'a Tracking<'a>,
     report: &'a Report,
     /// Rows kept for a figure.
-    kept: Vec<Row>,
+    kept: Vec<TrackedRow>,
     tally: Tally,
 }
 
@@ -240,8 +242,8 @@ impl Output<'_> {
     fn write(
         &mut self,
         settings: &Settings,
-        mut filter: Filter<'_>,
-        first: Row,
+        mut filter: RunningFilter<'_>,
+        first: TrackedRow,
         mut rows: Rows<'_>,
         out: &mut dyn Write,
         format: LineFormat,
@@ -289,14 +291,14 @@ impl Output<'_> {
             }
             self.tally.take(&row, *session);
             if let Some(most) = rows.most() {
-                session.advanced("rows", self.tally.rows, Of::AtMost(most));
+                session.advanced("rows", self.tally.rows, Total::AtMost(most));
             }
             if self.tracking.request.keeps_rows {
                 self.kept.push(row);
             }
             let Some(next) = rows.next()? else { break };
             left_out = rows.take_left_out();
-            let sample = Sample { t: next.t, u: &next.u, measured: &next.measured };
+            let sample = FilterSample { t: next.t, u: &next.u, measured: &next.measured };
             row = filter.step(sample).map_err(|error| failed(&error))?;
         }
         self.tally.missing = filter.missing_inputs().to_vec();
@@ -327,7 +329,7 @@ fn is_gone(written: io::Result<()>) -> Result<bool, WorkError> {
 struct Tally {
     /// Standard deviations of states and parameters before the first correction, SI.
     first: Vec<f64>,
-    last: Row,
+    last: TrackedRow,
     rows: usize,
     failures: usize,
     rejected: usize,
@@ -339,7 +341,7 @@ struct Tally {
 }
 
 impl Tally {
-    fn new(row: Row, first: Vec<f64>) -> Self {
+    fn new(row: TrackedRow, first: Vec<f64>) -> Self {
         Tally {
             first,
             last: row,
@@ -354,7 +356,7 @@ impl Tally {
     }
 
     /// Counts a row, and reports urgent remarks at once.
-    fn take(&mut self, row: &Row, session: Session<'_>) {
+    fn take(&mut self, row: &TrackedRow, session: Session<'_>) {
         self.rows += 1;
         if self.samples + row.samples == 0 {
             self.first = stds(row).collect();
@@ -369,12 +371,12 @@ impl Tally {
                 .remark(&format!("at t = {} s the model was left where it was: {failure}", row.t));
         }
         match row.alarm {
-            Some(Alarm::Diverged { ratio, rows }) => session.remark(&format!(
+            Some(InnovationAlarm::Diverged { ratio, rows }) => session.remark(&format!(
                 "at t = {} s the innovations of the last {rows} rows are {ratio:.1} times as large as \
                  expected: the filter has lost its way, or the model or the noise is not right",
                 row.t
             )),
-            Some(Alarm::Recovered) => {
+            Some(InnovationAlarm::Recovered) => {
                 session.remark(&format!("at t = {} s the innovations are as expected again", row.t));
             }
             None => {}
@@ -428,7 +430,7 @@ impl Tally {
 }
 
 /// Standard deviations of states, then parameters, SI.
-fn stds(row: &Row) -> impl Iterator<Item = f64> {
+fn stds(row: &TrackedRow) -> impl Iterator<Item = f64> {
     row.states.iter().chain(&row.parameters).map(|tracked| tracked.std)
 }
 

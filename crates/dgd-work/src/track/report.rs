@@ -3,9 +3,9 @@
 use std::io::{self, Write};
 
 use dgd_data::Epoch;
-use dgd_data::write::{Written, write_header, write_rows};
-use dgd_identify::filter::{Alarm, FilterProblem, Row, Tracked};
-use dgd_plot::{Envelope, Figure, Panel, Series, Style, Text};
+use dgd_data::write::{OutputColumn, write_header, write_rows};
+use dgd_identify::filter::{FilterProblem, InnovationAlarm, TrackedEstimate, TrackedRow};
+use dgd_plot::{Envelope, Figure, MathText, Panel, PlotSeries, SeriesStyle};
 use dgd_runtime::Unit;
 use serde_json::{Value, json};
 
@@ -59,17 +59,21 @@ impl Report {
     }
 
     /// The line of a row.
-    pub(super) fn line(&self, row: &Row, out: &mut dyn Write) -> io::Result<()> {
+    pub(super) fn line(&self, row: &TrackedRow, out: &mut dyn Write) -> io::Result<()> {
         self.with_columns(Some(row), |columns| write_rows(out, columns))
     }
 
     /// Columns: time; value and standard deviation of states and parameters; innovation and its expected standard
     /// deviation of outputs; the normalised square of the innovations.
-    fn with_columns<T>(&self, row: Option<&Row>, write: impl FnOnce(&[Written<'_>]) -> T) -> T {
+    fn with_columns<T>(
+        &self,
+        row: Option<&TrackedRow>,
+        write: impl FnOnce(&[OutputColumn<'_>]) -> T,
+    ) -> T {
         let seconds = Unit { symbol: "s".into(), factor: 1.0, offset: 0.0 };
         let one = Unit { symbol: "1".into(), factor: 1.0, offset: 0.0 };
         let mut cells: Vec<(String, &Unit, [f64; 1])> = Vec::new();
-        let none = Tracked { value: f64::NAN, std: f64::NAN };
+        let none = TrackedEstimate { value: f64::NAN, std: f64::NAN };
         cells.push(("time".to_owned(), &seconds, [row.map_or(f64::NAN, |row| row.t)]));
         let states = self.states.iter().enumerate();
         let states = states.map(|(k, of)| (of, row.map_or(none, |row| row.states[k])));
@@ -88,15 +92,17 @@ impl Report {
         }
         let square = row.filter(|row| row.samples > 0).map(|row| row.normalised_square);
         cells.push(("nis".to_owned(), &one, [square.unwrap_or(f64::NAN)]));
-        let mut columns: Vec<Written<'_>> =
-            cells.iter().map(|(name, unit, values)| Written::new(name, unit, values)).collect();
+        let mut columns: Vec<OutputColumn<'_>> = cells
+            .iter()
+            .map(|(name, unit, values)| OutputColumn::new(name, unit, values))
+            .collect();
         columns[0].epoch = self.epoch;
         write(&columns)
     }
 
     /// A row for programs.
-    pub(super) fn json(&self, row: &Row) -> Value {
-        let tracked = |subjects: &[Subject], rows: &[Tracked]| -> Value {
+    pub(super) fn json(&self, row: &TrackedRow) -> Value {
+        let tracked = |subjects: &[Subject], rows: &[TrackedEstimate]| -> Value {
             let entries = subjects.iter().zip(rows).map(|(of, tracked)| {
                 let value = of.unit.from_si(tracked.value);
                 let std = tracked.std / of.unit.factor.abs();
@@ -123,14 +129,14 @@ impl Report {
             "nis": (row.samples > 0).then_some(row.normalised_square),
             "failure": row.failure.as_ref().map(ToString::to_string),
             "alarm": row.alarm.map(|alarm| match alarm {
-                Alarm::Diverged { .. } => "diverged",
-                Alarm::Recovered => "recovered",
+                InnovationAlarm::Diverged { .. } => "diverged",
+                InnovationAlarm::Recovered => "recovered",
             }),
         })
     }
 
     /// Estimates with ± 2 standard deviations, then innovations with their expected ones.
-    pub(super) fn figure(&self, rows: &[Row]) -> Figure {
+    pub(super) fn figure(&self, rows: &[TrackedRow]) -> Figure {
         let times: Vec<f64> = rows.iter().map(|row| row.t).collect();
         let states = self.states.iter().enumerate();
         let states = states.map(|(k, of)| (of, rows.iter().map(|row| row.states[k]).collect()));
@@ -139,18 +145,19 @@ impl Report {
             parameters.map(|(k, of)| (of, rows.iter().map(|row| row.parameters[k]).collect()));
         let mut panels: Vec<Panel> = states
             .chain(parameters)
-            .map(|(of, tracked): (&Subject, Vec<Tracked>)| {
+            .map(|(of, tracked): (&Subject, Vec<TrackedEstimate>)| {
                 let most = MOST_BAND * median(tracked.iter().map(|tracked| tracked.std));
-                let bound = |t: &Tracked, k: f64| of.unit.from_si(t.value + k * t.std.min(most));
+                let bound =
+                    |t: &TrackedEstimate, k: f64| of.unit.from_si(t.value + k * t.std.min(most));
                 let edge = |k: f64| tracked.iter().map(|t| bound(t, k)).collect();
-                panel(of, &times, edge(0.0), edge(-2.0), edge(2.0), Style::Line)
+                panel(of, &times, edge(0.0), edge(-2.0), edge(2.0), SeriesStyle::Line)
             })
             .collect();
         for (i, of) in &self.outputs {
             let expected = rows.iter().filter_map(|row| Some(row.innovations[*i]?.std));
             let most = MOST_BAND * median(expected);
             let edge = |pick: fn(f64, f64) -> f64| -> Vec<f64> {
-                let of_row = |row: &Row| {
+                let of_row = |row: &TrackedRow| {
                     let innovation = row.innovations[*i];
                     let std = |std: f64| std.min(most);
                     innovation.map_or(f64::NAN, |it| pick(it.value, std(it.std)) / of.unit.factor)
@@ -158,11 +165,11 @@ impl Report {
                 rows.iter().map(of_row).collect()
             };
             let (low, high) = (edge(|_, std| -2.0 * std), edge(|_, std| 2.0 * std));
-            let mut panel = panel(of, &times, edge(|value, _| value), low, high, Style::Dots);
-            panel.title = Text::plain("innovation of ").then(Text::name(&of.name));
+            let mut panel = panel(of, &times, edge(|value, _| value), low, high, SeriesStyle::Dots);
+            panel.title = MathText::plain("innovation of ").then(MathText::name(&of.name));
             panels.push(panel);
         }
-        Figure::new(Text::plain("Time").with_unit("s"), panels)
+        Figure::new(MathText::plain("Time").with_unit("s"), panels)
     }
 }
 
@@ -182,13 +189,13 @@ fn panel(
     values: Vec<f64>,
     low: Vec<f64>,
     high: Vec<f64>,
-    style: Style,
+    style: SeriesStyle,
 ) -> Panel {
-    let name = Text::default();
+    let name = MathText::default();
     Panel {
-        title: Text::name(&of.name),
-        y_label: Text::default().with_unit(&of.unit.symbol),
-        series: vec![Series::new(name.clone(), style, times.to_vec(), values)],
+        title: MathText::name(&of.name),
+        y_label: MathText::default().with_unit(&of.unit.symbol),
+        series: vec![PlotSeries::new(name.clone(), style, times.to_vec(), values)],
         envelopes: vec![Envelope { name, around: Some(0), x: times.to_vec(), low, high }],
         ..Panel::default()
     }

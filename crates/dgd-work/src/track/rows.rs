@@ -6,10 +6,10 @@ use std::path::Path;
 
 use dgd_compiler::dae::Dae;
 use dgd_compiler::diagnostics::Diagnostics;
-use dgd_compiler::source::Sources;
-use dgd_data::select::Gaps;
-use dgd_data::stream::Stream;
-use dgd_data::{self as data, Epoch, FileSystem, Reading, Sha256Digest};
+use dgd_compiler::source::SourceMap;
+use dgd_data::select::GapPolicy;
+use dgd_data::stream::RowStream;
+use dgd_data::{self as data, Epoch, FileSystem, ReadOptions, Sha256Digest};
 
 use crate::error::WorkError;
 use crate::request::TrackRequest;
@@ -53,14 +53,14 @@ pub(super) struct Rows<'a> {
 
 enum From {
     File { recording: Recording, next: usize },
-    Stream { stream: Stream<'static>, values: Vec<f64> },
+    Stream { stream: RowStream<'static>, values: Vec<f64> },
 }
 
 impl<'a> Rows<'a> {
     /// Opens the stream, or otherwise the file; `None` after mistakes, which are reported.
     pub(super) fn open(
         dae: &Dae,
-        sources: &mut Sources,
+        sources: &mut SourceMap,
         diagnostics: &mut Diagnostics,
         request: &TrackRequest,
         input: Option<Box<dyn Read>>,
@@ -68,9 +68,18 @@ impl<'a> Rows<'a> {
     ) -> Option<Rows<'a>> {
         let TrackRequest { data: path, solve, strict, .. } = request;
         let (files, known) = (session.files, Known::of(dae));
-        let select = |table: &data::Table, sources: &Sources, diagnostics: &mut Diagnostics| {
-            Recording::select(table, &known, Clock::Time, Gaps::Kept, sources, diagnostics, session)
-        };
+        let select =
+            |table: &data::DataTable, sources: &SourceMap, diagnostics: &mut Diagnostics| {
+                Recording::select(
+                    table,
+                    &known,
+                    Clock::Time,
+                    GapPolicy::Kept,
+                    sources,
+                    diagnostics,
+                    session,
+                )
+            };
         let is_file = input.is_none();
         let (source, recording) = if input.is_some() || !(*strict || is_parquet(files, path)) {
             let path_name = path.display().to_string();
@@ -83,14 +92,14 @@ impl<'a> Rows<'a> {
                     return None;
                 }
             };
-            let opened = Stream::open(name, &solve.rename, input, sources, diagnostics);
+            let opened = RowStream::open(name, &solve.rename, input, sources, diagnostics);
             let (mut stream, table) = opened.ok()?;
             let recording = select(&table, sources, diagnostics)?;
             let wanted: Vec<_> = known.inputs().into_iter().chain(known.outputs()).collect();
             stream.want(&table, &wanted);
             (Some(stream), recording)
         } else {
-            let table = Reading::default()
+            let table = ReadOptions::default()
                 .renamed(&solve.rename)
                 .read(files, path, sources, diagnostics)
                 .ok()?;

@@ -4,11 +4,13 @@ use std::fmt::Write as _;
 
 use dgd_compiler::diagnostics::{Code, Diagnostic};
 use dgd_compiler::model::ProcessNoise;
-use dgd_compiler::pipeline::Compiled;
+use dgd_compiler::pipeline::CompiledStages;
 use dgd_compiler::syntax;
 use dgd_compiler::syntax::ast::{Expr, ExprKind, Name};
 use dgd_compiler::units::{Unit, read_unit};
-use dgd_identify::filter::{Estimator, FilterProblem, Sample, Spread, Tuning, usual_tuning};
+use dgd_identify::filter::{
+    FilterAlgorithm, FilterProblem, FilterSample, FilterTuning, SigmaSpread, usual_tuning,
+};
 use serde_json::{Value, json};
 
 use super::failed;
@@ -60,7 +62,7 @@ impl Asked {
     pub(super) fn read(
         request: &TrackRequest,
         compilation: &mut Compilation<'_>,
-        compiled: &Compiled,
+        compiled: &CompiledStages,
     ) -> Self {
         let dae = &compiled.dae;
         let states =
@@ -131,7 +133,11 @@ pub(super) fn verify_deviations(request: &TrackRequest) -> Result<(), WorkError>
 }
 
 /// Declared process noise of a state, SI.
-fn declared_rate(compiled: &Compiled, problem: &FilterProblem<'_>, state: &str) -> Option<f64> {
+fn declared_rate(
+    compiled: &CompiledStages,
+    problem: &FilterProblem<'_>,
+    state: &str,
+) -> Option<f64> {
     match compiled.model.process_noise(state)? {
         ProcessNoise::Known(rate) => Some(rate),
         ProcessNoise::Parameter(i) => Some(problem.p[i as usize]),
@@ -153,7 +159,7 @@ fn given(
     let Compilation { sources, diagnostics, .. } = compilation;
     let Expr { kind: ExprKind::Number { value: number, unit: own, .. }, span } = &value else {
         let message = format!("`{flag}` takes a number, with a unit or without");
-        diagnostics.error(Diagnostic::new(Code::E201, value.span, message));
+        diagnostics.error(Diagnostic::new(Code::UnknownName, value.span, message));
         return None;
     };
     let unit_of_value = match own {
@@ -171,7 +177,7 @@ fn given(
             "`{}` is in `{}`, which does not convert to `{}`",
             name.text, unit.symbol, unit_of_value.symbol
         );
-        diagnostics.error(Diagnostic::new(Code::E302, *span, message));
+        diagnostics.error(Diagnostic::new(Code::UnitsOfSides, *span, message));
         return None;
     }
     // A deviation has no offset.
@@ -190,13 +196,15 @@ fn find<'a>(
         let names: Vec<&str> = known.iter().map(|(name, _)| name.as_str()).collect();
         let message = format!("no {what} is called `{}`", name.text);
         let help = meant(&name.text, &names);
-        compilation.diagnostics.error(Diagnostic::new(Code::E201, name.span, message).help(help));
+        compilation
+            .diagnostics
+            .error(Diagnostic::new(Code::UnknownName, name.span, message).help(help));
     }
     declared.map(|(_, unit)| unit)
 }
 
 /// The estimator with its options.
-pub(super) fn estimator(request: &TrackRequest) -> Result<Estimator, WorkError> {
+pub(super) fn estimator(request: &TrackRequest) -> Result<FilterAlgorithm, WorkError> {
     let refuse = |option: &str, why: &str| Err(WorkError::Usage(format!("`{option}` {why}")));
     match request.estimator {
         Tracker::Ekf | Tracker::Ukf if request.forgetting.is_some() => refuse(
@@ -209,9 +217,9 @@ pub(super) fn estimator(request: &TrackRequest) -> Result<Estimator, WorkError> 
             "belongs to `ekf` and `ukf`; in `--estimator recursive`, `--forgetting` says how fast \
              parameters may change",
         ),
-        Tracker::Ekf => Ok(Estimator::ExtendedKalman),
-        Tracker::Ukf => Ok(Estimator::Unscented(Spread::default())),
-        Tracker::Recursive => Ok(Estimator::Recursive {
+        Tracker::Ekf => Ok(FilterAlgorithm::ExtendedKalman),
+        Tracker::Ukf => Ok(FilterAlgorithm::Unscented(SigmaSpread::default())),
+        Tracker::Recursive => Ok(FilterAlgorithm::Recursive {
             forgetting_factor: request.forgetting.unwrap_or(FORGETTING),
             most_covariance: 1.0,
         }),
@@ -220,8 +228,8 @@ pub(super) fn estimator(request: &TrackRequest) -> Result<Estimator, WorkError> 
 
 /// Uncertainties and noise, with their sources.
 pub(super) struct Settings {
-    pub tuning: Tuning,
-    estimator: Estimator,
+    pub tuning: FilterTuning,
+    estimator: FilterAlgorithm,
     /// For states, then for parameters: sources of the initial uncertainty and of the process noise.
     origins: Vec<[Origin; 2]>,
     noise: Vec<Option<Origin>>,
@@ -233,9 +241,9 @@ impl Settings {
     /// An output in use declares no noise, or initial values are missing.
     pub(super) fn new(
         asked: &Asked,
-        compiled: &Compiled,
+        compiled: &CompiledStages,
         problem: &FilterProblem<'_>,
-        first: Sample<'_>,
+        first: FilterSample<'_>,
         measured: &[bool],
     ) -> Result<Self, WorkError> {
         let signature = problem.system.signature();
@@ -309,17 +317,17 @@ impl Settings {
 
     fn name(&self) -> &'static str {
         match self.estimator {
-            Estimator::ExtendedKalman => "extended Kalman filter",
-            Estimator::Unscented(_) => "unscented Kalman filter",
-            Estimator::Recursive { .. } => "recursive prediction error",
+            FilterAlgorithm::ExtendedKalman => "extended Kalman filter",
+            FilterAlgorithm::Unscented(_) => "unscented Kalman filter",
+            FilterAlgorithm::Recursive { .. } => "recursive prediction error",
         }
     }
 
     /// As text.
     pub(super) fn text(&self, problem: &FilterProblem<'_>) -> String {
-        let recursive = matches!(self.estimator, Estimator::Recursive { .. });
+        let recursive = matches!(self.estimator, FilterAlgorithm::Recursive { .. });
         let mut text = format!("{}\n", self.name());
-        if let Estimator::Recursive { forgetting_factor, .. } = self.estimator {
+        if let FilterAlgorithm::Recursive { forgetting_factor, .. } = self.estimator {
             let _ = writeln!(
                 text,
                 "forgetting factor {forgetting_factor}: a memory of {:.0} rows; the covariance of the \
@@ -364,7 +372,7 @@ impl Settings {
     pub(super) fn json(&self, problem: &FilterProblem<'_>) -> Value {
         let mut result = serde_json::Map::new();
         result.insert("estimator".to_owned(), json!(self.name()));
-        if let Estimator::Recursive { forgetting_factor, .. } = self.estimator {
+        if let FilterAlgorithm::Recursive { forgetting_factor, .. } = self.estimator {
             result.insert("forgetting_factor".to_owned(), json!(forgetting_factor));
         }
         let tracked =
@@ -394,7 +402,7 @@ impl Settings {
         result.into()
     }
 
-    fn walk(&self, k: usize) -> dgd_identify::filter::Walk {
+    fn walk(&self, k: usize) -> dgd_identify::filter::RandomWalk {
         let states = &self.tuning.states;
         states.get(k).copied().unwrap_or_else(|| self.tuning.parameters[k - states.len()])
     }

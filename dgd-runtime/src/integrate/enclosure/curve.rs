@@ -18,22 +18,22 @@ pub(super) fn along(curve: &Curve, x: Tube) -> Tube {
 }
 
 /// The values and slopes of a curve over an interval.
-struct Over {
+struct CurveRange {
     value: Interval,
     slope: Interval,
 }
 
-fn over(curve: &Curve, x: Interval) -> Over {
+fn over(curve: &Curve, x: Interval) -> CurveRange {
     if x.is_empty() {
-        return Over { value: x, slope: x };
+        return CurveRange { value: x, slope: x };
     }
     if !x.width().is_finite() {
-        return Over { value: Interval::ENTIRE, slope: Interval::ENTIRE };
+        return CurveRange { value: Interval::ENTIRE, slope: Interval::ENTIRE };
     }
     let Curve { knots, pieces } = curve;
     let piece_at = |x: f64| knots.partition_point(|knot| *knot <= x);
     let (first, last) = (piece_at(x.lo), piece_at(x.hi));
-    let mut hull = Over { value: Interval::EMPTY, slope: Interval::EMPTY };
+    let mut hull = CurveRange { value: Interval::EMPTY, slope: Interval::EMPTY };
     for piece in first..=last {
         let origin = knots[piece.saturating_sub(1)];
         let from = if piece == first { x.lo } else { origin };

@@ -20,7 +20,7 @@ mod tube;
 mod tests;
 
 pub(crate) use interval::Interval;
-pub(crate) use polynomial::{Coefficients, tube_of};
+pub(crate) use polynomial::{PolynomialCoefficients, tube_of};
 pub(crate) use tube::Tube;
 
 use dgd_signature::{Curve, Formulas, Operation};
@@ -33,7 +33,7 @@ pub fn encloses(function: &str) -> bool {
 
 /// An operation on tubes. Numbers are positions of earlier ones.
 #[derive(Debug, Clone, Copy)]
-enum Step {
+enum TubeOperation {
     Constant(f64),
     Time,
     Unknown(usize),
@@ -62,13 +62,13 @@ enum Step {
 
 /// The inputs of an operation.
 #[derive(Debug, Clone, Copy, Default)]
-pub(crate) struct Reads {
+pub(crate) struct TubeInputs {
     pub(crate) time: bool,
     pub(crate) inputs: bool,
     pub(crate) unknowns: bool,
 }
 
-impl Reads {
+impl TubeInputs {
     /// Whether it moves in a step.
     fn moves(self) -> bool {
         self.time || self.inputs || self.unknowns
@@ -76,7 +76,7 @@ impl Reads {
 }
 
 /// An interval of a step: its ends as fractions of the step, and its moving quantities.
-pub(crate) struct Along<'a, U: Fn(usize) -> Tube> {
+pub(crate) struct StepInterval<'a, U: Fn(usize) -> Tube> {
     pub(crate) ends: [f64; 2],
     pub(crate) time: Tube,
     pub(crate) input: &'a U,
@@ -85,8 +85,8 @@ pub(crate) struct Along<'a, U: Fn(usize) -> Tube> {
 /// Formulas, and their values along an interval.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Enclosures {
-    steps: Vec<Step>,
-    reads: Vec<Reads>,
+    steps: Vec<TubeOperation>,
+    reads: Vec<TubeInputs>,
     results: Vec<usize>,
     values: Vec<Tube>,
     wanted: Vec<bool>,
@@ -104,7 +104,7 @@ impl Enclosures {
     pub(crate) fn new(formulas: &Formulas) -> Self {
         let mut all = Self::default();
         for operation in formulas.operations.iter() {
-            let mut reads = Reads {
+            let mut reads = TubeInputs {
                 time: matches!(operation, Operation::Time),
                 inputs: matches!(operation, Operation::Input(_)),
                 unknowns: matches!(operation, Operation::Unknown(_)),
@@ -133,56 +133,56 @@ impl Enclosures {
         all
     }
 
-    fn step(&mut self, operation: Operation) -> Step {
+    fn step(&mut self, operation: Operation) -> TubeOperation {
         let at = |position: u32| position as usize;
         match operation {
-            Operation::Constant(value) => Step::Constant(value),
-            Operation::Time => Step::Time,
-            Operation::Unknown(i) => Step::Unknown(at(i)),
+            Operation::Constant(value) => TubeOperation::Constant(value),
+            Operation::Time => TubeOperation::Time,
+            Operation::Unknown(i) => TubeOperation::Unknown(at(i)),
             Operation::Input(i) => {
                 self.inputs.push(at(i));
-                Step::Input(at(i))
+                TubeOperation::Input(at(i))
             }
-            Operation::Parameter(i) => Step::Parameter(at(i)),
-            Operation::Discrete(i) => Step::Discrete(at(i)),
-            Operation::Negate(a) => Step::Negate(at(a)),
-            Operation::Add(a, b) => Step::Add(at(a), at(b)),
-            Operation::Subtract(a, b) => Step::Subtract(at(a), at(b)),
-            Operation::Multiply(a, b) => Step::Multiply(at(a), at(b)),
-            Operation::Divide(a, b) => Step::Divide(at(a), at(b)),
-            Operation::Call(name, a) => {
-                functions::of_one(name).map_or(Step::Anything, |f| Step::Call(f, at(a)))
-            }
-            Operation::Call2(name, a, b) => {
-                functions::of_two(name).map_or(Step::Anything, |f| Step::Call2(f, at(a), at(b)))
-            }
-            Operation::Curve(curve, a) => Step::Curve(curve, at(a)),
-            Operation::Above(a, b) => Step::Above(at(a), at(b)),
-            Operation::NotBelow(a, b) => Step::NotBelow(at(a), at(b)),
-            Operation::And(a, b) => Step::And(at(a), at(b)),
-            Operation::Or(a, b) => Step::Or(at(a), at(b)),
-            Operation::Not(a) => Step::Not(at(a)),
+            Operation::Parameter(i) => TubeOperation::Parameter(at(i)),
+            Operation::Discrete(i) => TubeOperation::Discrete(at(i)),
+            Operation::Negate(a) => TubeOperation::Negate(at(a)),
+            Operation::Add(a, b) => TubeOperation::Add(at(a), at(b)),
+            Operation::Subtract(a, b) => TubeOperation::Subtract(at(a), at(b)),
+            Operation::Multiply(a, b) => TubeOperation::Multiply(at(a), at(b)),
+            Operation::Divide(a, b) => TubeOperation::Divide(at(a), at(b)),
+            Operation::Call(name, a) => functions::of_one(name)
+                .map_or(TubeOperation::Anything, |f| TubeOperation::Call(f, at(a))),
+            Operation::Call2(name, a, b) => functions::of_two(name)
+                .map_or(TubeOperation::Anything, |f| TubeOperation::Call2(f, at(a), at(b))),
+            Operation::Curve(curve, a) => TubeOperation::Curve(curve, at(a)),
+            Operation::Above(a, b) => TubeOperation::Above(at(a), at(b)),
+            Operation::NotBelow(a, b) => TubeOperation::NotBelow(at(a), at(b)),
+            Operation::And(a, b) => TubeOperation::And(at(a), at(b)),
+            Operation::Or(a, b) => TubeOperation::Or(at(a), at(b)),
+            Operation::Not(a) => TubeOperation::Not(at(a)),
             Operation::Select(c, a, b) => self.selected(at(c), at(a), at(b)),
         }
     }
 
     /// Whether a step is an unknown, or a sum of constants and of multiples of these.
-    fn is_linear(&self, step: Step) -> bool {
+    fn is_linear(&self, step: TubeOperation) -> bool {
         let is_still = |at: usize| !self.reads[at].moves();
         let is_linear = |at: usize| self.polynomials[at].is_some();
         match step {
-            Step::Unknown(_) => true,
-            Step::Negate(a) => is_linear(a),
-            Step::Add(a, b) | Step::Subtract(a, b) => {
+            TubeOperation::Unknown(_) => true,
+            TubeOperation::Negate(a) => is_linear(a),
+            TubeOperation::Add(a, b) | TubeOperation::Subtract(a, b) => {
                 (is_linear(a) && (is_linear(b) || is_still(b))) || (is_still(a) && is_linear(b))
             }
-            Step::Multiply(a, b) => (is_linear(a) && is_still(b)) || (is_still(a) && is_linear(b)),
+            TubeOperation::Multiply(a, b) => {
+                (is_linear(a) && is_still(b)) || (is_still(a) && is_linear(b))
+            }
             _ => false,
         }
     }
 
     /// Computes the polynomial of a linear step from those of its operands.
-    fn add_up(&mut self, step: Step, slot: usize) {
+    fn add_up(&mut self, step: TubeOperation, slot: usize) {
         let mut sum = std::mem::replace(&mut self.kept[slot], Polynomial::ZERO);
         // A number that does not move, exact or to rounding.
         let number = |at: usize| {
@@ -204,14 +204,14 @@ impl Enclosures {
             (None, None) => {}
         };
         match step {
-            Step::Add(a, b) => combine(a, 1.0, b),
-            Step::Subtract(a, b) => combine(a, -1.0, b),
-            Step::Negate(a) => {
+            TubeOperation::Add(a, b) => combine(a, 1.0, b),
+            TubeOperation::Subtract(a, b) => combine(a, -1.0, b),
+            TubeOperation::Negate(a) => {
                 if let Some(a) = polynomial(a) {
                     sum.add_multiple(&Polynomial::ZERO, -1.0, a);
                 }
             }
-            Step::Multiply(a, b) => {
+            TubeOperation::Multiply(a, b) => {
                 let (of, factor) = if polynomial(a).is_some() { (a, b) } else { (b, a) };
                 if let Some(of) = polynomial(of) {
                     sum.add_multiple(&Polynomial::ZERO, number(factor), of);
@@ -224,17 +224,21 @@ impl Enclosures {
 
     /// A choice; if the operands of the comparison are chosen themselves, the larger or the smaller one, which does not
     /// jump.
-    fn selected(&self, c: usize, a: usize, b: usize) -> Step {
+    fn selected(&self, c: usize, a: usize, b: usize) -> TubeOperation {
         match self.steps[c] {
-            Step::Above(x, y) | Step::NotBelow(x, y) if (x, y) == (a, b) => Step::Larger(a, b),
-            Step::Above(x, y) | Step::NotBelow(x, y) if (x, y) == (b, a) => Step::Smaller(a, b),
-            _ => Step::Select(c, a, b),
+            TubeOperation::Above(x, y) | TubeOperation::NotBelow(x, y) if (x, y) == (a, b) => {
+                TubeOperation::Larger(a, b)
+            }
+            TubeOperation::Above(x, y) | TubeOperation::NotBelow(x, y) if (x, y) == (b, a) => {
+                TubeOperation::Smaller(a, b)
+            }
+            _ => TubeOperation::Select(c, a, b),
         }
     }
 
     /// The inputs of the k-th formula.
-    pub(crate) fn reads(&self, k: usize) -> Reads {
-        self.results.get(k).map_or_else(Reads::default, |at| self.reads[*at])
+    pub(crate) fn reads(&self, k: usize) -> TubeInputs {
+        self.results.get(k).map_or_else(TubeInputs::default, |at| self.reads[*at])
     }
 
     /// The inputs that formulas read, ascending.
@@ -249,7 +253,7 @@ impl Enclosures {
         wanted: impl Fn(usize) -> bool,
         p: &[f64],
         z: &[f64],
-        mut polynomial: impl FnMut(usize, &mut Coefficients) -> usize,
+        mut polynomial: impl FnMut(usize, &mut PolynomialCoefficients) -> usize,
     ) {
         self.wanted.fill(false);
         for (k, at) in self.results.iter().enumerate() {
@@ -267,7 +271,7 @@ impl Enclosures {
                 continue;
             }
             match (self.steps[i], self.polynomials[i]) {
-                (Step::Unknown(unknown), Some(slot)) => {
+                (TubeOperation::Unknown(unknown), Some(slot)) => {
                     let of = &mut self.kept[slot];
                     of.len = polynomial(unknown, &mut of.coefficients);
                     of.measure();
@@ -280,21 +284,21 @@ impl Enclosures {
                 continue;
             }
             self.values[i] = match self.steps[i] {
-                Step::Parameter(at) => Tube::still(Interval::point(p[at])),
-                Step::Discrete(at) => Tube::still(Interval::point(z[at])),
+                TubeOperation::Parameter(at) => Tube::still(Interval::point(p[at])),
+                TubeOperation::Discrete(at) => Tube::still(Interval::point(z[at])),
                 step => self.value(step),
             };
         }
     }
 
     /// Evaluates the formulas along an interval.
-    pub(crate) fn evaluate<U: Fn(usize) -> Tube>(&mut self, along: &Along<'_, U>) {
+    pub(crate) fn evaluate<U: Fn(usize) -> Tube>(&mut self, along: &StepInterval<'_, U>) {
         for at in 0..self.moving.len() {
             let i = self.moving[at];
             self.values[i] = match (self.steps[i], self.polynomials[i]) {
                 (_, Some(slot)) => self.kept[slot].tube(along.ends[0], along.ends[1]),
-                (Step::Time, None) => along.time,
-                (Step::Input(input), None) => (along.input)(input),
+                (TubeOperation::Time, None) => along.time,
+                (TubeOperation::Input(input), None) => (along.input)(input),
                 (step, None) => self.value(step),
             };
         }
@@ -306,37 +310,37 @@ impl Enclosures {
         self.values[self.results[k]]
     }
 
-    fn value(&self, step: Step) -> Tube {
+    fn value(&self, step: TubeOperation) -> Tube {
         let v = &self.values;
         match step {
-            Step::Constant(value) => Tube::still(Interval::point(value)),
-            Step::Negate(a) => v[a].negated(),
-            Step::Add(a, b) => v[a].plus(v[b]),
-            Step::Subtract(a, b) => v[a].minus(v[b]),
-            Step::Multiply(a, b) => v[a].times(v[b]),
-            Step::Divide(a, b) => v[a].over(v[b]),
-            Step::Call(f, a) => f(v[a]),
-            Step::Call2(f, a, b) => f(v[a], v[b]),
-            Step::Curve(curve, a) => curve::along(curve, v[a]),
-            Step::Above(a, b) => v[a].minus(v[b]).above_zero(),
-            Step::NotBelow(a, b) => v[a].minus(v[b]).not_below_zero(),
-            Step::And(a, b) => v[a].and(v[b]),
-            Step::Or(a, b) => v[a].not().and(v[b].not()).not(),
-            Step::Not(a) => v[a].not(),
-            Step::Select(c, a, b) => v[c].select(v[a], v[b]),
-            Step::Larger(a, b) => v[a].larger(v[b]),
-            Step::Smaller(a, b) => v[a].smaller(v[b]),
-            Step::Anything
-            | Step::Time
-            | Step::Unknown(_)
-            | Step::Input(_)
-            | Step::Parameter(_)
-            | Step::Discrete(_) => Tube::ANY,
+            TubeOperation::Constant(value) => Tube::still(Interval::point(value)),
+            TubeOperation::Negate(a) => v[a].negated(),
+            TubeOperation::Add(a, b) => v[a].plus(v[b]),
+            TubeOperation::Subtract(a, b) => v[a].minus(v[b]),
+            TubeOperation::Multiply(a, b) => v[a].times(v[b]),
+            TubeOperation::Divide(a, b) => v[a].divide(v[b]),
+            TubeOperation::Call(f, a) => f(v[a]),
+            TubeOperation::Call2(f, a, b) => f(v[a], v[b]),
+            TubeOperation::Curve(curve, a) => curve::along(curve, v[a]),
+            TubeOperation::Above(a, b) => v[a].minus(v[b]).above_zero(),
+            TubeOperation::NotBelow(a, b) => v[a].minus(v[b]).not_below_zero(),
+            TubeOperation::And(a, b) => v[a].and(v[b]),
+            TubeOperation::Or(a, b) => v[a].not().and(v[b].not()).not(),
+            TubeOperation::Not(a) => v[a].not(),
+            TubeOperation::Select(c, a, b) => v[c].select(v[a], v[b]),
+            TubeOperation::Larger(a, b) => v[a].larger(v[b]),
+            TubeOperation::Smaller(a, b) => v[a].smaller(v[b]),
+            TubeOperation::Anything
+            | TubeOperation::Time
+            | TubeOperation::Unknown(_)
+            | TubeOperation::Input(_)
+            | TubeOperation::Parameter(_)
+            | TubeOperation::Discrete(_) => Tube::ANY,
         }
     }
 }
 
-impl Step {
+impl TubeOperation {
     #[inline]
     fn each_operand(self, mut f: impl FnMut(usize)) {
         match self {

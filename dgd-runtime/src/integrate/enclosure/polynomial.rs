@@ -5,12 +5,12 @@ use super::tube::Tube;
 use crate::codegen::taylor::MOST_ORDER;
 
 /// Coefficients of a polynomial in powers of its variable, from the zeroth.
-pub(crate) type Coefficients = [f64; MOST_ORDER + 1];
+pub(crate) type PolynomialCoefficients = [f64; MOST_ORDER + 1];
 
 /// A polynomial, and the sum of the sizes of all terms that were added up to it, from which its rounding follows.
 #[derive(Debug, Clone)]
 pub(super) struct Polynomial {
-    pub(super) coefficients: Coefficients,
+    pub(super) coefficients: PolynomialCoefficients,
     pub(super) len: usize,
     pub(super) size: f64,
 }

@@ -2,7 +2,7 @@
 
 use dgd_signature::{Curve, Formulas, Operation as Op};
 
-use super::{Along, Enclosures, Interval, Tube, functions};
+use super::{Enclosures, Interval, StepInterval, Tube, functions};
 
 /// Pseudo-random numbers between 0 and 1.
 fn number(seed: usize) -> f64 {
@@ -136,7 +136,7 @@ fn daily(threshold: f64) -> Enclosures {
 fn along(of: &mut Enclosures, [a, b]: [f64; 2]) -> Tube {
     of.begin(|_| true, &[], &[], |_, _| unreachable!());
     let input = |_| unreachable!();
-    of.evaluate(&Along { ends: [0.0, 1.0], time: time(a, b), input: &input });
+    of.evaluate(&StepInterval { ends: [0.0, 1.0], time: time(a, b), input: &input });
     of.value_of(0)
 }
 
@@ -198,7 +198,7 @@ fn sums_that_cancel_are_zero_to_rounding() {
         },
     );
     let input = |_| unreachable!();
-    enclosures.evaluate(&Along { ends: [0.0, 1.0], time: time(0.0, 1.0), input: &input });
+    enclosures.evaluate(&StepInterval { ends: [0.0, 1.0], time: time(0.0, 1.0), input: &input });
     let tube = enclosures.value_of(0);
     assert!(tube.range.width() < 1e-13, "{tube:?}");
     assert!(tube.range.hi <= tube.left.width().min(tube.right.width()), "{tube:?}");

@@ -90,7 +90,7 @@ impl Tube {
         )
     }
 
-    pub(super) fn over(self, other: Self) -> Self {
+    pub(super) fn divide(self, other: Self) -> Self {
         let range = self.range / other.range;
         // (a' − q b')/b
         let change = if other.range.contains(0.0) {

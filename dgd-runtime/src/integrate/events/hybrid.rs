@@ -1,26 +1,26 @@
 //! Modes and the state of their transitions during a run.
 
-use crate::algebraic::Pieces;
-use crate::discrete::Schedule;
-use crate::discrete::clock::Tick;
+use crate::algebraic::PieceAutomata;
+use crate::discrete::SwitchSchedule;
+use crate::discrete::clock::ClockTick;
 use crate::discrete::state_selection::selecting;
 use crate::integrate::enclosure::Enclosures;
 use crate::integrate::events::past::PastValues;
 use crate::integrate::events::saltation::Saltation;
-use crate::integrate::events::scan::Watching;
-use crate::integrate::events::simultaneous::Simultaneous;
-use crate::solved::Solved;
-use crate::system::{Crossing, Discrete, Point, Transition, Trigger};
+use crate::integrate::events::scan::TransitionWatch;
+use crate::integrate::events::simultaneous::SimultaneousTransitions;
+use crate::solved::SolvableSystem;
+use crate::system::{Crossing, Discrete, EvaluationPoint, Transition, Trigger};
 
 /// Intervals that have shrunk this many times in a row are expected to keep shrinking.
 const SHRINKING: usize = 4;
 
 /// Discrete numbers, and work space for instants at which they change. A model without any does not use it.
-pub(in crate::integrate) struct Hybrid {
-    pub(in crate::integrate) schedule: Schedule,
+pub(in crate::integrate) struct HybridState {
+    pub(in crate::integrate) schedule: SwitchSchedule,
     pub(super) n_automata: usize,
     /// Pieces of algebraic equations.
-    pub(in crate::integrate) pieces: Pieces,
+    pub(in crate::integrate) pieces: PieceAutomata,
     /// For each automaton, whether it selects states, so that its transitions are not events.
     selecting: Vec<bool>,
     /// For each automaton, whether its discrete number is a count.
@@ -51,7 +51,7 @@ pub(in crate::integrate) struct Hybrid {
     /// transition.
     pub(in crate::integrate) enclosures: Enclosures,
     pub(in crate::integrate) past: PastValues,
-    pub(in crate::integrate) watching: Vec<Watching>,
+    pub(in crate::integrate) watching: Vec<TransitionWatch>,
     /// For each unknown, whether it is algebraic and an event function that is watched within the step reads it.
     pub(super) watched: Vec<bool>,
     /// Whether there is such an unknown.
@@ -70,18 +70,18 @@ pub(in crate::integrate) struct Hybrid {
     /// Transitions at one time: that time, and their number.
     pub(in crate::integrate) crowd: (f64, usize),
     /// The times at which each transition was made.
-    pub(in crate::integrate) occurrences: Vec<Occurrences>,
+    pub(in crate::integrate) occurrences: Vec<TransitionOccurrences>,
     /// Transitions at one time.
-    pub(in crate::integrate) simultaneous: Simultaneous,
+    pub(in crate::integrate) simultaneous: SimultaneousTransitions,
     /// Ticks at one time that act.
-    pub(super) ticks: Vec<Tick>,
+    pub(super) ticks: Vec<ClockTick>,
     /// ∂t/∂θ of the times of conditions.
     pub(super) dtimes: Vec<f64>,
     pub(in crate::integrate) saltation: Saltation,
 }
 
-impl Hybrid {
-    pub(in crate::integrate) fn new<S: Solved>(
+impl HybridState {
+    pub(in crate::integrate) fn new<S: SolvableSystem>(
         system: &S,
         p: &[f64],
         from: f64,
@@ -89,11 +89,11 @@ impl Hybrid {
     ) -> Self {
         let signature = system.signature();
         let discrete = &signature.discrete;
-        let mut schedule = Schedule::new(system, p, from);
+        let mut schedule = SwitchSchedule::new(system, p, from);
         let n_e = discrete.transitions().count();
         let mut dtimes = vec![0.0; discrete.n_time_conditions * n_s];
         if !dtimes.is_empty() {
-            let point = Point { t: from, y: &[], u: &[], p, z: &schedule.z };
+            let point = EvaluationPoint { t: from, y: &[], u: &[], p, z: &schedule.z };
             system.condition_time_sensitivities(point, &mut dtimes);
             schedule.tell_apart(&dtimes, n_s);
         }
@@ -101,7 +101,7 @@ impl Hybrid {
         Self {
             schedule,
             n_automata: discrete.automata.len(),
-            pieces: Pieces::new(discrete, signature.unknowns.len()),
+            pieces: PieceAutomata::new(discrete, signature.unknowns.len()),
             selecting: selecting(signature).collect(),
             counting: discrete.automata.iter().map(|a| a.kind.counts()).collect(),
             back: ways_back(discrete),
@@ -117,7 +117,7 @@ impl Hybrid {
             high: vec![0.0; n_e],
             past: PastValues::new(enclosures.inputs(), signature.past().first),
             enclosures,
-            watching: vec![Watching::No; n_e],
+            watching: vec![TransitionWatch::No; n_e],
             watched: vec![false; if n_e == 0 { 0 } else { signature.unknowns.len() }],
             watches_algebraic: false,
             around: std::array::from_fn(|_| vec![0.0; n_e]),
@@ -129,8 +129,8 @@ impl Hybrid {
             reached: vec![None; n_e],
             touched: None,
             crowd: (from, 0),
-            occurrences: vec![Occurrences::NONE; n_e],
-            simultaneous: Simultaneous::new(signature, n_s),
+            occurrences: vec![TransitionOccurrences::NONE; n_e],
+            simultaneous: SimultaneousTransitions::new(signature, n_s),
             ticks: Vec::with_capacity(discrete.clocks.len()),
             dtimes,
             saltation: Saltation::new(signature, n_s),
@@ -225,14 +225,14 @@ fn ways_back(discrete: &Discrete) -> Vec<usize> {
 /// Occurrences of a transition: the time of the last, the interval before it, and how many times in a row that interval
 /// has shrunk.
 #[derive(Debug, Clone, Copy)]
-pub(in crate::integrate) struct Occurrences {
+pub(in crate::integrate) struct TransitionOccurrences {
     last: f64,
     interval: f64,
     shrinking: usize,
     count: usize,
 }
 
-impl Occurrences {
+impl TransitionOccurrences {
     pub(in crate::integrate) const NONE: Self =
         Self { last: f64::NEG_INFINITY, interval: f64::INFINITY, shrinking: 0, count: 0 };
 

@@ -17,15 +17,15 @@ use crate::linalg::Factorisation;
 use crate::linalg::norm::Tolerances;
 use crate::problem::Problem;
 use crate::solution::{Jump, JumpCause, Solution};
-use crate::solved::Solved;
-use crate::system::{JumpKind, Point, Storage};
+use crate::solved::SolvableSystem;
+use crate::system::{EvaluationPoint, JumpKind, Storage};
 
 /// Corrections of a jump end if they are below this fraction of the tolerance.
 const CONVERGED: f64 = 1e-3;
 const MOST_CORRECTIONS: usize = 30;
 
 /// Work space for jumps.
-pub(in crate::integrate) struct Jumps<S: Solved> {
+pub(in crate::integrate) struct JumpWorkspace<S: SolvableSystem> {
     /// Kinds of the single unknowns in the current modes; none if no mode ties states together.
     kinds: Vec<JumpKind>,
     numbers: Vec<f64>,
@@ -47,7 +47,7 @@ pub(in crate::integrate) struct Jumps<S: Solved> {
     djacobiandt: Vec<f64>,
 }
 
-impl<S: Solved> Jumps<S> {
+impl<S: SolvableSystem> JumpWorkspace<S> {
     pub(in crate::integrate) fn new(system: &S, n_s: usize) -> Self {
         let signature = system.signature();
         let pattern = &signature.discrete.jump_jacobian;
@@ -109,16 +109,16 @@ impl<S: Solved> Jumps<S> {
     }
 }
 
-impl<S: Solved> Simulation<'_, S> {
+impl<S: SolvableSystem> Simulation<'_, S> {
     /// Evaluates the kinds of the current modes, and the equations of jumps at y.
     pub(in crate::integrate) fn evaluate_jumps(&mut self) {
         let Some(jumps) = self.jumps.as_deref_mut().filter(|jumps| !jumps.kinds.is_empty()) else {
             return;
         };
         let Problem { system, p, .. } = *self.problem;
-        let u = self.drive.at(self.t, self.y.as_ref());
-        let point = Point { t: self.t, y: self.y.as_ref(), u, p, z: self.discrete.z() };
-        let Jumps { kinds, numbers, rests, jacobian, .. } = jumps;
+        let u = self.drive.evaluate(self.t, self.y.as_ref());
+        let point = EvaluationPoint { t: self.t, y: self.y.as_ref(), u, p, z: self.discrete.z() };
+        let JumpWorkspace { kinds, numbers, rests, jacobian, .. } = jumps;
         system.jumps(point, numbers, rests, jacobian);
         for (kind, number) in kinds.iter_mut().zip(numbers) {
             *kind = JumpKind::of_number(*number);
@@ -207,9 +207,10 @@ impl<S: Solved> Simulation<'_, S> {
         let discrete = &system.signature().discrete;
         let n = self.y.as_ref().len();
         let (u, udot) = self.drive.with_slope(self.t, self.y.as_ref());
-        let point = Point { t: self.t, y: self.y.as_ref(), u, p, z: &self.discrete.schedule.z };
+        let point =
+            EvaluationPoint { t: self.t, y: self.y.as_ref(), u, p, z: &self.discrete.schedule.z };
         let Saltation { tau, total, .. } = &mut self.discrete.saltation;
-        let Jumps { drests, drestsdt, djacobian, djacobiandt, .. } = jumps;
+        let JumpWorkspace { drests, drestsdt, djacobian, djacobiandt, .. } = jumps;
         system.jump_sensitivities(point, udot, total, drests, drestsdt, djacobian, djacobiandt);
         let (single, n_h) = (jumps.kinds.len(), jumps.djacobiandt.len());
         for (j, tau) in tau.iter().enumerate() {

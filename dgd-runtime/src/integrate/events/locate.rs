@@ -12,13 +12,13 @@
 use crate::algebraic::AlgebraicPoint;
 use crate::error::IntegrateError;
 use crate::integrate::controller::Controller;
-use crate::integrate::drive::Here;
-use crate::integrate::methods::stepper::Failed;
-use crate::integrate::simulation::{Simulation, Stop, Variables};
+use crate::integrate::drive::InstantInputs;
+use crate::integrate::methods::stepper::StepFailure;
+use crate::integrate::simulation::{Simulation, StepOutcome, StepVariables};
 use crate::problem::Problem;
 use crate::solution::Solution;
-use crate::solved::Solved;
-use crate::system::{Crossing, Point};
+use crate::solved::SolvableSystem;
+use crate::system::{Crossing, EvaluationPoint};
 
 /// The interval is narrowed to this fraction of the step.
 const NARROW: f64 = 1e-13;
@@ -33,7 +33,7 @@ const HALVED: usize = 8;
 /// Halving alone narrows any interval to rounding within this many trials.
 const MOST_TRIALS: usize = 48 * HALVED;
 
-impl<S: Solved> Simulation<'_, S> {
+impl<S: SolvableSystem> Simulation<'_, S> {
     /// Shortens the last tried step to the first transition due in it, and makes the transition.
     pub(in crate::integrate) fn step_to_event(
         &mut self,
@@ -113,7 +113,7 @@ impl<S: Solved> Simulation<'_, S> {
     ) -> Result<f64, IntegrateError> {
         let due = self.due();
         let t_event = if cut < h { self.t + cut } else { t_new };
-        self.accept(t_event, Stop::Change, times, solution);
+        self.accept(t_event, StepOutcome::Change, times, solution);
         self.stepper.restart();
         if let Some(due) = due {
             self.make_events(due, solution)?;
@@ -135,17 +135,23 @@ impl<S: Solved> Simulation<'_, S> {
         &mut self,
         h: f64,
         solution: &mut Solution,
-    ) -> Result<f64, Failed> {
+    ) -> Result<f64, StepFailure> {
         let Problem { system, p, .. } = *self.problem;
         let (mut low, mut high) = (0.0, h);
         self.discrete.high.copy_from_slice(&self.discrete.e);
         {
-            let u = self.drive.at(self.t, self.y.as_ref());
-            let point = Point { t: self.t, y: self.y.as_ref(), u, p, z: &self.discrete.schedule.z };
+            let u = self.drive.evaluate(self.t, self.y.as_ref());
+            let point = EvaluationPoint {
+                t: self.t,
+                y: self.y.as_ref(),
+                u,
+                p,
+                z: &self.discrete.schedule.z,
+            };
             system.event_functions(point, &mut self.discrete.low);
         }
         let narrow = (4.0 * f64::EPSILON * self.t.abs()).max(NARROW * h);
-        let mut stayed = Stayed { side: Side::None, times: 0 };
+        let mut stayed = RetainedEnd { side: BracketEnd::None, times: 0 };
         let mut trials = 0;
         while high - low > narrow && trials < MOST_TRIALS {
             trials += 1;
@@ -155,25 +161,25 @@ impl<S: Solved> Simulation<'_, S> {
             let root = if is_halving { middle } else { self.earliest_root(low, high) };
             let inside = 0.5 * narrow.min(high - low);
             let trial = root.clamp(low + inside, high - inside);
-            self.step_to(trial, Variables::Unknowns, solution)?;
+            self.step_to(trial, StepVariables::Unknowns, solution)?;
             self.evaluate_at_end(trial);
             if self.due().is_some() {
                 high = trial;
                 self.discrete.high.copy_from_slice(&self.discrete.e);
-                stayed.again(Side::Low);
+                stayed.again(BracketEnd::Low);
                 if stayed.times > 1 {
                     self.discrete.low.iter_mut().for_each(|e| *e *= 0.5);
                 }
             } else {
                 low = trial;
                 self.discrete.low.copy_from_slice(&self.discrete.e);
-                stayed.again(Side::High);
+                stayed.again(BracketEnd::High);
                 if stayed.times > 1 {
                     self.discrete.high.iter_mut().for_each(|e| *e *= 0.5);
                 }
             }
         }
-        self.step_to(high, Variables::All, solution)?;
+        self.step_to(high, StepVariables::All, solution)?;
         self.evaluate_at_end(high);
         Ok(high)
     }
@@ -183,11 +189,11 @@ impl<S: Solved> Simulation<'_, S> {
     pub(in crate::integrate) fn step_to(
         &mut self,
         h: f64,
-        variables: Variables,
+        variables: StepVariables,
         solution: &mut Solution,
-    ) -> Result<(), Failed> {
+    ) -> Result<(), StepFailure> {
         if self.stepper.traits.is_multistep() {
-            let directions = self.directions.as_mut().filter(|_| variables == Variables::All);
+            let directions = self.directions.as_mut().filter(|_| variables == StepVariables::All);
             self.stepper.shorten(h, self.y.as_ref(), directions);
         } else {
             self.try_step(h, variables, solution)?;
@@ -207,7 +213,7 @@ impl<S: Solved> Simulation<'_, S> {
         let Some(work) = self.projection.as_mut() else { return };
         let y = self.row.as_mut();
         y.copy_from_slice(self.stepper.y_new.as_ref());
-        let u = Here { drive: &mut self.drive, t: self.t + h };
+        let u = InstantInputs { drive: &mut self.drive, t: self.t + h };
         let point = AlgebraicPoint { t: self.t + h, u, p, z: self.discrete.schedule.z.as_slice() };
         let (jacobian, sizes) = (work.jacobian.as_mut(), self.sizes.as_ref());
         let solved =
@@ -220,8 +226,14 @@ impl<S: Solved> Simulation<'_, S> {
     pub(in crate::integrate) fn evaluate_at_end(&mut self, h: f64) {
         let Problem { system, p, .. } = *self.problem;
         let t = self.t + h;
-        let u = self.drive.at(t, self.stepper.y_new.as_ref());
-        let point = Point { t, y: self.stepper.y_new.as_ref(), u, p, z: &self.discrete.schedule.z };
+        let u = self.drive.evaluate(t, self.stepper.y_new.as_ref());
+        let point = EvaluationPoint {
+            t,
+            y: self.stepper.y_new.as_ref(),
+            u,
+            p,
+            z: &self.discrete.schedule.z,
+        };
         system.event_functions(point, &mut self.discrete.e);
     }
 
@@ -250,20 +262,20 @@ impl<S: Solved> Simulation<'_, S> {
 
 /// An end of the interval.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Side {
+enum BracketEnd {
     None,
     Low,
     High,
 }
 
 /// The end that stayed in the last trials, and for how many trials.
-struct Stayed {
-    side: Side,
+struct RetainedEnd {
+    side: BracketEnd,
     times: u32,
 }
 
-impl Stayed {
-    fn again(&mut self, now: Side) {
+impl RetainedEnd {
+    fn again(&mut self, now: BracketEnd) {
         self.times = if self.side == now { self.times + 1 } else { 1 };
         self.side = now;
     }

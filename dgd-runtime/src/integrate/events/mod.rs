@@ -23,5 +23,5 @@ mod transitions;
 mod watch;
 mod within;
 
-pub(in crate::integrate) use hybrid::Hybrid;
-pub(in crate::integrate) use jump::Jumps;
+pub(in crate::integrate) use hybrid::HybridState;
+pub(in crate::integrate) use jump::JumpWorkspace;

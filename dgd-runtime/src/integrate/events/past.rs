@@ -4,7 +4,7 @@
 
 use crate::integrate::enclosure::{Interval, Tube};
 use crate::integrate::simulation::Simulation;
-use crate::solved::Solved;
+use crate::solved::SolvableSystem;
 
 /// Delayed values that event functions read, at the ends and the middle of a part of a step.
 pub(in crate::integrate) struct PastValues {
@@ -41,7 +41,7 @@ impl PastValues {
     }
 }
 
-impl<S: Solved> Simulation<'_, S> {
+impl<S: SolvableSystem> Simulation<'_, S> {
     /// Takes the delayed values that event functions read in a part of the last tried step, of size h.
     pub(super) fn take_past(&mut self, h: f64, [from, to]: [f64; 2]) {
         if self.discrete.past.is_empty() {
@@ -49,7 +49,7 @@ impl<S: Solved> Simulation<'_, S> {
         }
         for (k, part) in [from, 0.5 * (from + to), to].into_iter().enumerate() {
             self.stepper.interpolate(part, self.y.as_ref(), self.row.as_mut());
-            let u = self.drive.at(self.t + part * h, self.row.as_ref());
+            let u = self.drive.evaluate(self.t + part * h, self.row.as_ref());
             let past = &mut self.discrete.past;
             for (value, at) in past.values[k].iter_mut().zip(&past.positions) {
                 *value = u[*at];

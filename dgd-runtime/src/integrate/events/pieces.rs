@@ -2,21 +2,21 @@
 //!
 //! Where the solution reaches the end of a piece, several pieces may change at one time, as in a bridge of diodes of
 //! which two open together. Which ones hold from then on follows from the equations just after: states are moved on by
-//! a little, and unknowns and pieces found there together ([`crate::algebraic::Pieces`]).
+//! a little, and unknowns and pieces found there together ([`crate::algebraic::PieceAutomata`]).
 //!
 //! The unknowns are continuous unless there is no solution next to the one before: at a fold, where the equations stop
 //! determining their unknowns. Then these jump to another solution, which is recorded ([`Fold`]), and sensitivities
 //! end.
 
-use crate::algebraic::{AlgebraicPoint, Weights};
+use crate::algebraic::{AlgebraicPoint, CorrectionWeights};
 use crate::error::{InitialError, IntegrateError};
 use crate::integrate::events::transitions::OF_ROUNDING;
 use crate::integrate::simulation::Simulation;
 use crate::linalg::norm::Tolerances;
 use crate::problem::Problem;
 use crate::solution::{Fold, Solution, UndefinedCause, UndefinedSensitivity};
-use crate::solved::Solved;
-use crate::system::{Point, Storage};
+use crate::solved::SolvableSystem;
+use crate::system::{EvaluationPoint, Storage};
 
 /// How far states are moved on, in units of their tolerance, and at most, as a fraction of the run.
 const ON: f64 = 0.1;
@@ -28,7 +28,7 @@ const FAR: f64 = 10.0;
 /// Whether they do is seen from a movement that is this part of the other.
 const NEARER: f64 = 1.0 / 16.0;
 
-impl<S: Solved> Simulation<'_, S> {
+impl<S: SolvableSystem> Simulation<'_, S> {
     /// Finds the pieces that hold at (t, y), together with the algebraic unknowns.
     pub(in crate::integrate) fn find_pieces(&mut self) -> Result<(), InitialError> {
         if self.discrete.pieces.is_empty() || self.algebraic.is_empty() {
@@ -114,8 +114,8 @@ impl<S: Solved> Simulation<'_, S> {
     /// Solves for algebraic unknowns and pieces at a time, with the states in `y`.
     fn solve_pieces_at(&mut self, t: f64, y: &mut [f64]) -> Result<(), InitialError> {
         let Problem { system, p, .. } = *self.problem;
-        let point = AlgebraicPoint { t, u: self.drive.at(t, y), p, z: &[] };
-        let weights = Weights { sizes: self.sizes.as_ref(), tolerances: self.tolerances };
+        let point = AlgebraicPoint { t, u: self.drive.evaluate(t, y), p, z: &[] };
+        let weights = CorrectionWeights { sizes: self.sizes.as_ref(), tolerances: self.tolerances };
         self.algebraic.solve_pieces(
             system,
             &mut self.discrete.pieces,
@@ -131,8 +131,13 @@ impl<S: Solved> Simulation<'_, S> {
     fn move_states(&mut self, on: f64, y: &mut [f64]) {
         let Problem { system, p, .. } = *self.problem;
         let t = self.t + on;
-        let point =
-            Point { t, y, u: self.drive.at(t, y), p, z: self.discrete.schedule.z.as_slice() };
+        let point = EvaluationPoint {
+            t,
+            y,
+            u: self.drive.evaluate(t, y),
+            p,
+            z: self.discrete.schedule.z.as_slice(),
+        };
         let slopes = self.stepper.rhs.as_mut();
         system.rhs(point, slopes);
         let (mass, before) = (self.algebraic.mass.as_ref(), self.y.as_ref());
@@ -173,8 +178,8 @@ impl<S: Solved> Simulation<'_, S> {
         let Problem { system, p, .. } = *self.problem;
         let inputs = self.seen();
         let y = self.y.as_ref();
-        let u = self.drive.at(self.t, y);
-        let point = Point { t: self.t, y, u, p, z: self.discrete.z() };
+        let u = self.drive.evaluate(self.t, y);
+        let point = EvaluationPoint { t: self.t, y, u, p, z: self.discrete.z() };
         let slopes = self.stepper.rhs.as_mut();
         system.rhs(point, slopes);
         self.algebraic.keep_differential(slopes);

@@ -5,10 +5,10 @@ use crate::error::IntegrateError;
 use crate::integrate::simulation::Simulation;
 use crate::problem::Problem;
 use crate::solution::Solution;
-use crate::solved::Solved;
-use crate::system::Point;
+use crate::solved::SolvableSystem;
+use crate::system::EvaluationPoint;
 
-impl<S: Solved> Simulation<'_, S> {
+impl<S: SolvableSystem> Simulation<'_, S> {
     /// Selects the states that suit (t, y). Returns whether the selection changed. The mass matrix and everything
     /// derived from it are not updated yet.
     #[inline]
@@ -17,8 +17,8 @@ impl<S: Solved> Simulation<'_, S> {
             return false;
         }
         let Problem { system, p, .. } = *self.problem;
-        let u = self.drive.at(self.t, self.y.as_ref());
-        let point = Point { t: self.t, y: self.y.as_ref(), u, p, z: &[] };
+        let u = self.drive.evaluate(self.t, self.y.as_ref());
+        let point = EvaluationPoint { t: self.t, y: self.y.as_ref(), u, p, z: &[] };
         select_states(system, point, &mut self.discrete.schedule.z, &mut self.discrete.e)
     }
 
@@ -27,8 +27,8 @@ impl<S: Solved> Simulation<'_, S> {
         if S::FEATURES.events && self.select_states() {
             let Problem { system, p, .. } = *self.problem;
             let mut mass = self.algebraic.mass.clone();
-            let u = self.drive.at(self.t, self.y.as_ref());
-            let point = Point { t: self.t, y: &[], u, p, z: self.discrete.z() };
+            let u = self.drive.evaluate(self.t, self.y.as_ref());
+            let point = EvaluationPoint { t: self.t, y: &[], u, p, z: self.discrete.z() };
             system.mass(point, mass.as_mut());
             self.algebraic.enter_modes(mass.as_ref());
         }

@@ -32,8 +32,8 @@ use crate::integrate::simulation::Simulation;
 use crate::linalg::{Factorisation, Singular};
 use crate::problem::Problem;
 use crate::solution::{Solution, UndefinedCause, UndefinedSensitivity};
-use crate::solved::Solved;
-use crate::system::{Crossing, Pattern, Point, Signature};
+use crate::solved::SolvableSystem;
+use crate::system::{Crossing, EvaluationPoint, Pattern, Signature};
 
 /// Work space of an instant; matrices by columns, one for each direction.
 pub(in crate::integrate) struct Saltation {
@@ -50,22 +50,22 @@ pub(in crate::integrate) struct Saltation {
     /// Whether unknowns had derivatives in the old modes.
     had_rate: Vec<bool>,
     /// Derivatives of the event functions e.
-    of_events: Derivatives,
+    of_events: RowDerivatives,
     r: Vec<f64>,
     /// Derivatives of r.
-    of_resets: Derivatives,
+    of_resets: RowDerivatives,
     /// d/dθ of two rows.
     pub(in crate::integrate) rows: [Vec<f64>; 2],
 }
 
 /// Derivatives of rows: non-zeros of ∂/∂y and of ∂/∂θ at fixed unknowns, and ∂/∂t + ∂/∂u u̇.
-struct Derivatives {
+struct RowDerivatives {
     unknowns: Vec<f64>,
     directions: Vec<f64>,
     time: Vec<f64>,
 }
 
-impl Derivatives {
+impl RowDerivatives {
     fn new(unknowns: &Pattern, directions: &Pattern, rows: usize) -> Self {
         Self {
             unknowns: vec![0.0; unknowns.len()],
@@ -116,9 +116,17 @@ impl Saltation {
             total: zeros(n * n_s),
             mass: zeros(n),
             had_rate: vec![false; n],
-            of_events: Derivatives::new(&discrete.event_jacobian, &discrete.event_directions, n_e),
+            of_events: RowDerivatives::new(
+                &discrete.event_jacobian,
+                &discrete.event_directions,
+                n_e,
+            ),
             r: zeros(n_r),
-            of_resets: Derivatives::new(&discrete.reset_jacobian, &discrete.reset_directions, n_r),
+            of_resets: RowDerivatives::new(
+                &discrete.reset_jacobian,
+                &discrete.reset_directions,
+                n_r,
+            ),
             rows: [zeros(n_s), zeros(n_s)],
         }
     }
@@ -126,11 +134,11 @@ impl Saltation {
     /// Evaluates derivatives of event functions. Returns ∂e/∂t + ∂e/∂u u̇.
     pub(super) fn take_event_derivatives(
         &mut self,
-        system: &impl Solved,
-        at: Point<'_>,
+        system: &impl SolvableSystem,
+        at: EvaluationPoint<'_>,
         udot: &[f64],
     ) -> &[f64] {
-        let Derivatives { unknowns, directions, time } = &mut self.of_events;
+        let RowDerivatives { unknowns, directions, time } = &mut self.of_events;
         system.event_derivatives(at, udot, directions, unknowns, time);
         time
     }
@@ -155,7 +163,7 @@ impl Saltation {
     }
 }
 
-impl<S: Solved> Simulation<'_, S> {
+impl<S: SolvableSystem> Simulation<'_, S> {
     /// Begins the instant of a sample, at which inputs may jump.
     #[inline]
     pub(in crate::integrate) fn begin_sample(&mut self) {
@@ -243,7 +251,7 @@ impl<S: Solved> Simulation<'_, S> {
             *moved = y + step * ydot;
         }
         let (u, udot) = self.drive.with_slope(t, self.row.as_ref());
-        let point = Point { t, y: self.row.as_ref(), u, p, z: &self.discrete.schedule.z };
+        let point = EvaluationPoint { t, y: self.row.as_ref(), u, p, z: &self.discrete.schedule.z };
         self.discrete.saltation.take_event_derivatives(system, point, udot);
         let (moved_rate, _) = self.event_rate(k);
         let mut moved = std::mem::take(&mut self.discrete.saltation.rows[0]);
@@ -297,7 +305,8 @@ impl<S: Solved> Simulation<'_, S> {
         }
         let Problem { system, p, .. } = *self.problem;
         let (u, udot) = self.drive.with_slope(self.t, self.y.as_ref());
-        let point = Point { t: self.t, y: self.y.as_ref(), u, p, z: &self.discrete.schedule.z };
+        let point =
+            EvaluationPoint { t: self.t, y: self.y.as_ref(), u, p, z: &self.discrete.schedule.z };
         self.discrete.saltation.take_event_derivatives(system, point, udot);
         true
     }
@@ -392,13 +401,14 @@ impl<S: Solved> Simulation<'_, S> {
             return;
         }
         let (u, udot) = self.drive.with_slope(self.t, self.y.as_ref());
-        let point = Point { t: self.t, y: self.y.as_ref(), u, p, z: &self.discrete.schedule.z };
+        let point =
+            EvaluationPoint { t: self.t, y: self.y.as_ref(), u, p, z: &self.discrete.schedule.z };
         let saltation = &mut self.discrete.saltation;
         system.resets(point, &mut saltation.r);
         if let Some(d) = &self.directions {
             let is_fixed = saltation.is_fixed();
             let Saltation { of_resets, ydot, tau, total, rows: [row, _], .. } = saltation;
-            let Derivatives { unknowns, directions, time } = of_resets;
+            let RowDerivatives { unknowns, directions, time } = of_resets;
             system.reset_derivatives(point, udot, directions, unknowns, time);
             // ṙ replaces ∂r/∂t + ∂r/∂u u̇; it is not needed if the time is fixed.
             if !is_fixed {
@@ -488,8 +498,8 @@ impl<S: Solved> Simulation<'_, S> {
     /// The diagonal of M in the current modes.
     fn take_mass(&mut self, mass: &mut [f64]) {
         let Problem { system, p, .. } = *self.problem;
-        let u = self.drive.at(self.t, self.y.as_ref());
-        system.mass(Point { t: self.t, y: &[], u, p, z: self.discrete.z() }, mass);
+        let u = self.drive.evaluate(self.t, self.y.as_ref());
+        system.mass(EvaluationPoint { t: self.t, y: &[], u, p, z: self.discrete.z() }, mass);
     }
 
     /// Whether an unknown has a derivative, as a state or because constraints determine it.

@@ -7,10 +7,10 @@
 //! An excess over a threshold that is below the rounding error of the event function is not a crossing, but a touch,
 //! from which on derivatives are undefined. If a part is as short as the rounding error of time, its ends decide.
 
-use crate::integrate::enclosure::{Along, Interval, Tube};
+use crate::integrate::enclosure::{Interval, StepInterval, Tube};
 use crate::integrate::events::watch::CALM;
 use crate::integrate::simulation::Simulation;
-use crate::solved::Solved;
+use crate::solved::SolvableSystem;
 use crate::system::{Crossing, Trigger};
 
 /// Halvings of a step: as many as separate any two numbers of it.
@@ -24,7 +24,7 @@ const NO_TOUCH: f64 = 4.0;
 const SAMPLED: f64 = 0.25;
 
 /// The result of a scan.
-pub(super) enum Scanned {
+pub(super) enum ScanResult {
     /// No transition is due in the step.
     Nothing,
     /// At this fraction of the step a transition is due or can be armed.
@@ -36,7 +36,7 @@ pub(super) enum Scanned {
 
 /// How a transition is watched.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(in crate::integrate) enum Watching {
+pub(in crate::integrate) enum TransitionWatch {
     /// It is not.
     No,
     /// It is due where its event function is beyond the threshold.
@@ -49,7 +49,7 @@ pub(in crate::integrate) enum Watching {
     ArmedAt(f64),
 }
 
-impl Watching {
+impl TransitionWatch {
     /// Whether it is watched between the ends of the step, too.
     pub(in crate::integrate) fn is_within(self) -> bool {
         !matches!(self, Self::No | Self::AtEnd)
@@ -58,7 +58,7 @@ impl Watching {
 
 /// An event function in a part of a step.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Found {
+enum ScannedEvent {
     /// Nothing happens.
     Clear,
     /// The transition is armed at the end.
@@ -69,7 +69,7 @@ enum Found {
     Unclear,
 }
 
-impl Part {
+impl StepPart {
     /// A part that can be halved.
     fn new(from: f64, to: f64) -> Self {
         Self { from, to, is_last: false }
@@ -78,42 +78,43 @@ impl Part {
 
 /// A transition that is due, and the fraction of the step at which the step ends for it.
 #[derive(Debug, Clone, Copy)]
-struct Due {
+struct DueTransition {
     k: usize,
     at: f64,
 }
 
 /// A part of a step.
 #[derive(Debug, Clone, Copy)]
-struct Part {
+struct StepPart {
     from: f64,
     to: f64,
     /// Whether it cannot be halved.
     is_last: bool,
 }
 
-impl<S: Solved> Simulation<'_, S> {
+impl<S: SolvableSystem> Simulation<'_, S> {
     /// Scans the last tried step, of size h. A touch ends it, too, with the transition in `touched`.
-    pub(super) fn scan(&mut self, h: f64) -> Scanned {
+    pub(super) fn scan(&mut self, h: f64) -> ScanResult {
         self.discrete.touched = None;
         for reached in &mut self.discrete.reached {
             *reached = reached.map(|_| 0.0);
         }
-        let mut scanned = if self.begin_scan() { self.scan_from(0.0, h) } else { Scanned::Nothing };
-        while let Scanned::Stuck { part, to, k } = scanned
-            && self.rides(k, h, Part::new(part, to))
+        let mut scanned =
+            if self.begin_scan() { self.scan_from(0.0, h) } else { ScanResult::Nothing };
+        while let ScanResult::Stuck { part, to, k } = scanned
+            && self.rides(k, h, StepPart::new(part, to))
         {
-            self.discrete.watching[k] = Watching::AtEnd;
+            self.discrete.watching[k] = TransitionWatch::AtEnd;
             scanned = self.scan_from(part, h);
         }
         match scanned {
-            Scanned::Nothing if self.is_due_at_end(h) => Scanned::Until(1.0),
+            ScanResult::Nothing if self.is_due_at_end(h) => ScanResult::Until(1.0),
             scanned => scanned,
         }
     }
 
     /// Scans the last tried step from a fraction of it on.
-    fn scan_from(&mut self, from: f64, h: f64) -> Scanned {
+    fn scan_from(&mut self, from: f64, h: f64) -> ScanResult {
         let mut ends = [0.0; MOST_HALVINGS];
         let mut halvings = 0;
         let (mut from, mut to) = (from, 1.0);
@@ -122,7 +123,7 @@ impl<S: Solved> Simulation<'_, S> {
             let furthest = (self.t + from * h).abs().max((self.t + to * h).abs());
             let shortest = 4.0 * f64::EPSILON * furthest.max(f64::EPSILON * h);
             let is_last = halvings == MOST_HALVINGS || (to - from) * h <= shortest;
-            let part = Part { from, to, is_last };
+            let part = StepPart { from, to, is_last };
             self.enclose(h, part);
             if self.first_unclear(part).is_some() {
                 ends[halvings] = to;
@@ -130,26 +131,26 @@ impl<S: Solved> Simulation<'_, S> {
                 to = middle;
                 continue;
             }
-            if let Some(Due { k, at }) = self.first_due(h, part) {
+            if let Some(DueTransition { k, at }) = self.first_due(h, part) {
                 self.take_turn(k, h, part);
-                return Scanned::Until(at);
+                return ScanResult::Until(at);
             }
-            if let Some(Due { k, at }) = self.first_touch(part) {
+            if let Some(DueTransition { k, at }) = self.first_touch(part) {
                 self.discrete.touched = Some(k);
-                return Scanned::Until(at);
+                return ScanResult::Until(at);
             }
-            let Some(last) = halvings.checked_sub(1) else { return Scanned::Nothing };
+            let Some(last) = halvings.checked_sub(1) else { return ScanResult::Nothing };
             (from, to, halvings) = (to, ends[last], last);
         }
-        let part = Part::new(from, to);
+        let part = StepPart::new(from, to);
         self.enclose(h, part);
         let k = self.first_unclear(part).unwrap_or(0);
-        Scanned::Stuck { part: from, to, k }
+        ScanResult::Stuck { part: from, to, k }
     }
 
     /// Whether a solution keeps to a threshold in a part of the step, within its error, as a fraction does that the others
     /// make up to one. Crossings there are no events.
-    fn rides(&mut self, k: usize, h: f64, part: Part) -> bool {
+    fn rides(&mut self, k: usize, h: f64, part: StepPart) -> bool {
         if !self.discrete.enclosures.reads(k).unknowns {
             return false;
         }
@@ -167,7 +168,7 @@ impl<S: Solved> Simulation<'_, S> {
         let t_new = self.t + h;
         let mut is_due = false;
         for (k, (automaton, transition)) in discrete.transitions().enumerate() {
-            if hybrid.watching[k] != Watching::AtEnd || !hybrid.armed[k] {
+            if hybrid.watching[k] != TransitionWatch::AtEnd || !hybrid.armed[k] {
                 continue;
             }
             let e = hybrid.e[k];
@@ -198,11 +199,11 @@ impl<S: Solved> Simulation<'_, S> {
             let is_seen = discrete.automata[automaton].kind.only_ends_steps()
                 && !hybrid.enclosures.reads(k).time;
             let watching = match (acts, hybrid.armed[k]) {
-                (false, _) => Watching::No,
-                (true, true) if is_seen => Watching::AtEnd,
-                (true, false) if is_seen => Watching::No,
-                (true, true) => Watching::Due,
-                (true, false) => Watching::ToArm,
+                (false, _) => TransitionWatch::No,
+                (true, true) if is_seen => TransitionWatch::AtEnd,
+                (true, false) if is_seen => TransitionWatch::No,
+                (true, true) => TransitionWatch::Due,
+                (true, false) => TransitionWatch::ToArm,
             };
             self.discrete.watching[k] = watching;
         }
@@ -228,7 +229,7 @@ impl<S: Solved> Simulation<'_, S> {
     }
 
     /// Encloses the event functions in a part of the step.
-    fn enclose(&mut self, h: f64, Part { from, to, .. }: Part) {
+    fn enclose(&mut self, h: f64, StepPart { from, to, .. }: StepPart) {
         let time = |part: f64| {
             let (passed, t) = (part * h, self.t + part * h);
             Interval::around(t, f64::EPSILON * (t.abs() + passed.abs()))
@@ -245,11 +246,11 @@ impl<S: Solved> Simulation<'_, S> {
             let delayed = drive.past_tube(i, times).or_else(|| past.tube(i));
             delayed.unwrap_or_else(|| drive.tube(i, time))
         };
-        self.discrete.enclosures.evaluate(&Along { ends: [from, to], time, input: &input });
+        self.discrete.enclosures.evaluate(&StepInterval { ends: [from, to], time, input: &input });
     }
 
     /// The first transition of which nothing is certain in a part.
-    fn first_unclear(&self, part: Part) -> Option<usize> {
+    fn first_unclear(&self, part: StepPart) -> Option<usize> {
         if part.is_last {
             return None;
         }
@@ -260,17 +261,17 @@ impl<S: Solved> Simulation<'_, S> {
         let mut crossings = transitions.map(|(k, (_, transition))| (k, transition.crossing));
         crossings
             .find(|(k, crossing)| {
-                self.found(*k, *crossing, part) == Found::Unclear
-                    || self.short_of(*k, *crossing).is_some_and(Short::may_touch_within)
+                self.found(*k, *crossing, part) == ScannedEvent::Unclear
+                    || self.short_of(*k, *crossing).is_some_and(SubthresholdEvent::may_touch_within)
             })
             .map(|(k, _)| k)
     }
 
     /// The first event function that has come to its threshold within its rounding and leaves it in a part of the step
     /// without having passed it, and where it was there.
-    fn first_touch(&mut self, part: Part) -> Option<Due> {
+    fn first_touch(&mut self, part: StepPart) -> Option<DueTransition> {
         self.directions.as_ref()?;
-        let mut first: Option<Due> = None;
+        let mut first: Option<DueTransition> = None;
         let discrete = &self.problem.system.signature().discrete;
         for (k, (_, transition)) in discrete.transitions().enumerate() {
             let e = self.short_of(k, transition.crossing);
@@ -286,17 +287,17 @@ impl<S: Solved> Simulation<'_, S> {
             if let Some(at) = reached.filter(|_| !right)
                 && first.is_none_or(|first| at < first.at)
             {
-                first = Some(Due { k, at });
+                first = Some(DueTransition { k, at });
             }
         }
-        if let Some(Due { k, .. }) = first {
+        if let Some(DueTransition { k, .. }) = first {
             self.discrete.reached[k] = None;
         }
         first
     }
 
     /// An event function below the threshold that it may touch, where that would be of consequence.
-    fn short_of(&self, k: usize, crossing: Crossing) -> Option<Short> {
+    fn short_of(&self, k: usize, crossing: Crossing) -> Option<SubthresholdEvent> {
         let watching = self.discrete.watching[k];
         if self.directions.is_none() || !watching.is_within() || !self.discrete.jumps[k] {
             return None;
@@ -304,32 +305,32 @@ impl<S: Solved> Simulation<'_, S> {
         let e = beyond(self.discrete.enclosures.value_of(k), crossing);
         let slack = self.discrete.slack[k].max(0.0);
         Some(match watching {
-            Watching::ToArm => Short { e: e.negated(), threshold: -slack },
-            _ => Short { e, threshold: slack },
+            TransitionWatch::ToArm => SubthresholdEvent { e: e.negated(), threshold: -slack },
+            _ => SubthresholdEvent { e, threshold: slack },
         })
     }
 
     /// The first transition that is due in a part; if there is none, arms those that can be armed there.
-    fn first_due(&mut self, h: f64, part: Part) -> Option<Due> {
+    fn first_due(&mut self, h: f64, part: StepPart) -> Option<DueTransition> {
         let discrete = &self.problem.system.signature().discrete;
-        let mut first: Option<Due> = None;
+        let mut first: Option<DueTransition> = None;
         for (k, (automaton, transition)) in discrete.transitions().enumerate() {
             let crossing = transition.crossing;
             match self.found(k, crossing, part) {
-                Found::Clear | Found::Unclear => {}
-                Found::Arms => self.discrete.watching[k] = Watching::ArmedAt(part.to),
-                Found::Due => {
+                ScannedEvent::Clear | ScannedEvent::Unclear => {}
+                ScannedEvent::Arms => self.discrete.watching[k] = TransitionWatch::ArmedAt(part.to),
+                ScannedEvent::Due => {
                     let is_corner = discrete.automata[automaton].kind.only_ends_steps();
                     if is_corner && self.is_left_to_error_control(k, crossing, h, part) {
-                        self.discrete.watching[k] = Watching::No;
+                        self.discrete.watching[k] = TransitionWatch::No;
                         continue;
                     }
                     let watched = match self.discrete.watching[k] {
-                        Watching::ArmedAt(armed) => armed,
+                        TransitionWatch::ArmedAt(armed) => armed,
                         _ => part.to,
                     };
                     if first.is_none_or(|first| watched < first.at) {
-                        first = Some(Due { k, at: watched });
+                        first = Some(DueTransition { k, at: watched });
                     }
                 }
             }
@@ -339,7 +340,7 @@ impl<S: Solved> Simulation<'_, S> {
 
     /// Records how far the event function of a transition that is due in a part turns beyond its threshold, if it is
     /// not beyond it at the end of the step. Derivatives depend on whether that is more than a touch.
-    fn take_turn(&mut self, k: usize, h: f64, part: Part) {
+    fn take_turn(&mut self, k: usize, h: f64, part: StepPart) {
         let mut transitions = self.problem.system.signature().discrete.transitions();
         let Some((_, transition)) = transitions.nth(k) else { return };
         let crossing = transition.crossing;
@@ -351,7 +352,7 @@ impl<S: Solved> Simulation<'_, S> {
         let (mut from, mut width) = (part.from, part.to - part.from);
         loop {
             let end = (from + width).min(1.0);
-            self.enclose(h, Part::new(from, end));
+            self.enclose(h, StepPart::new(from, end));
             let e = beyond(self.discrete.enclosures.value_of(k), crossing);
             depth = depth.max(e.range.hi - slack);
             uncertain = uncertain.max(rounding(e));
@@ -365,14 +366,14 @@ impl<S: Solved> Simulation<'_, S> {
         self.discrete.turned = Some((k, depth));
     }
 
-    fn found(&self, k: usize, crossing: Crossing, part: Part) -> Found {
+    fn found(&self, k: usize, crossing: Crossing, part: StepPart) -> ScannedEvent {
         let watching = self.discrete.watching[k];
         if !watching.is_within() {
-            return Found::Clear;
+            return ScannedEvent::Clear;
         }
         let e = beyond(self.discrete.enclosures.value_of(k), crossing);
         let slack = self.discrete.slack[k].max(0.0);
-        if watching == Watching::ToArm {
+        if watching == TransitionWatch::ToArm {
             found_to_arm(e, slack, part.is_last)
         } else {
             found_due(e, slack, part.is_last)
@@ -386,7 +387,7 @@ impl<S: Solved> Simulation<'_, S> {
         k: usize,
         crossing: Crossing,
         h: f64,
-        part: Part,
+        part: StepPart,
     ) -> bool {
         let t = self.t + part.to * h;
         if !self.discrete.flutters(k, t, CALM * h) {
@@ -396,7 +397,7 @@ impl<S: Solved> Simulation<'_, S> {
             return false;
         }
         let error = self.error_of_event(k, self.t + h);
-        self.enclose(h, Part::new(part.from, 1.0));
+        self.enclose(h, StepPart::new(part.from, 1.0));
         let excess = beyond(self.discrete.enclosures.value_of(k), crossing).range.hi;
         self.enclose(h, part);
         if excess > error {
@@ -409,12 +410,12 @@ impl<S: Solved> Simulation<'_, S> {
 
 /// An event function that stays below a threshold.
 #[derive(Debug, Clone, Copy)]
-struct Short {
+struct SubthresholdEvent {
     e: Tube,
     threshold: f64,
 }
 
-impl Short {
+impl SubthresholdEvent {
     /// Whether it is at the threshold, within its rounding, at the beginning of the part.
     fn is_at_left(self) -> bool {
         self.is_at(self.e.left, self.e.left.width())
@@ -456,10 +457,10 @@ fn may_be_beyond(e: Tube, slack: f64) -> bool {
 }
 
 /// The result for an armed transition that is due above `slack`.
-fn found_due(e: Tube, slack: f64, is_last: bool) -> Found {
-    let due = |is: bool| if is { Found::Due } else { Found::Clear };
+fn found_due(e: Tube, slack: f64, is_last: bool) -> ScannedEvent {
+    let due = |is: bool| if is { ScannedEvent::Due } else { ScannedEvent::Clear };
     if !may_be_beyond(e, slack) {
-        return Found::Clear;
+        return ScannedEvent::Clear;
     }
     let (left, right) = (e.left.lo > slack, e.right.lo > slack);
     if e.change.lo >= 0.0 {
@@ -467,20 +468,20 @@ fn found_due(e: Tube, slack: f64, is_last: bool) -> Found {
     } else if is_last {
         due(left || right)
     } else if e.change.hi <= 0.0 && !left {
-        Found::Clear
+        ScannedEvent::Clear
     } else {
-        Found::Unclear
+        ScannedEvent::Unclear
     }
 }
 
 /// The result for a transition that is armed when its event function is certainly not above `slack`: one that has just
 /// occurred is above it by less than rounding errors.
-fn found_to_arm(e: Tube, slack: f64, is_last: bool) -> Found {
+fn found_to_arm(e: Tube, slack: f64, is_last: bool) -> ScannedEvent {
     if e.range.lo > slack {
-        Found::Clear
+        ScannedEvent::Clear
     } else if e.is_monotone() || is_last || !may_be_beyond(e, slack) {
-        if e.right.hi <= slack { Found::Arms } else { Found::Clear }
+        if e.right.hi <= slack { ScannedEvent::Arms } else { ScannedEvent::Clear }
     } else {
-        Found::Unclear
+        ScannedEvent::Unclear
     }
 }

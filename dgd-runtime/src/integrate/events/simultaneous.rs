@@ -5,10 +5,10 @@
 //! is defined only if the order makes no difference: so they are also made in reverse order, and the outcomes compared.
 
 use crate::error::IntegrateError;
-use crate::integrate::events::hybrid::Occurrences;
+use crate::integrate::events::hybrid::TransitionOccurrences;
 use crate::integrate::simulation::Simulation;
 use crate::solution::{Solution, UndefinedCause, UndefinedSensitivity};
-use crate::solved::Solved;
+use crate::solved::SolvableSystem;
 use crate::system::{AutomatonKind, Signature};
 
 /// Event functions that pass zero within this fraction of a step, or of their rounding, count as simultaneous.
@@ -17,27 +17,27 @@ pub(super) const AT_ONCE: f64 = 1e-10;
 const SAME: f64 = 1e-6;
 
 /// Simultaneous transitions, and the state needed to try them in another order.
-pub(in crate::integrate) struct Simultaneous {
+pub(in crate::integrate) struct SimultaneousTransitions {
     /// The one at which the step was cut, then the others.
     due: Vec<usize>,
-    before: State,
-    reversed: State,
+    before: TransitionState,
+    reversed: TransitionState,
 }
 
 /// The state that transitions change.
 #[derive(Default)]
-struct State {
+struct TransitionState {
     y: Vec<f64>,
     s: Vec<f64>,
     z: Vec<f64>,
     mass: Vec<f64>,
     armed: Vec<bool>,
     slack: Vec<f64>,
-    occurrences: Vec<Occurrences>,
+    occurrences: Vec<TransitionOccurrences>,
     crowd: (f64, usize),
 }
 
-impl State {
+impl TransitionState {
     fn new(signature: &Signature, n_s: usize) -> Self {
         let (n, n_e) = (signature.unknowns.len(), signature.discrete.transitions().count());
         Self {
@@ -47,21 +47,21 @@ impl State {
             mass: vec![0.0; n],
             armed: vec![false; n_e],
             slack: vec![0.0; n_e],
-            occurrences: vec![Occurrences::NONE; n_e],
+            occurrences: vec![TransitionOccurrences::NONE; n_e],
             crowd: (0.0, 0),
         }
     }
 }
 
-impl Simultaneous {
+impl SimultaneousTransitions {
     pub(in crate::integrate) fn new(signature: &Signature, n_s: usize) -> Self {
         let n_e = signature.discrete.transitions().count();
-        let state = || State::new(signature, if n_e > 1 { n_s } else { 0 });
+        let state = || TransitionState::new(signature, if n_e > 1 { n_s } else { 0 });
         Self { due: Vec::with_capacity(n_e), before: state(), reversed: state() }
     }
 }
 
-impl<S: Solved> Simulation<'_, S> {
+impl<S: SolvableSystem> Simulation<'_, S> {
     /// Makes the transition at which the step was cut, those due at the same time, and those that follow.
     pub(in crate::integrate) fn make_events(
         &mut self,
@@ -187,7 +187,7 @@ impl<S: Solved> Simulation<'_, S> {
         agree
     }
 
-    fn save(&mut self, state: &mut State) {
+    fn save(&mut self, state: &mut TransitionState) {
         state.y.copy_from_slice(self.y.as_ref());
         if let Some(d) = &self.directions {
             state.s.copy_from_slice(d.s.as_ref());
@@ -201,7 +201,7 @@ impl<S: Solved> Simulation<'_, S> {
         state.crowd = hybrid.crowd;
     }
 
-    fn restore(&mut self, state: &State) {
+    fn restore(&mut self, state: &TransitionState) {
         self.y.as_mut().copy_from_slice(&state.y);
         if let Some(d) = &mut self.directions {
             d.s.as_mut().copy_from_slice(&state.s);
@@ -233,7 +233,7 @@ impl<S: Solved> Simulation<'_, S> {
     }
 
     /// Whether modes, unknowns and sensitivities equal those of the reverse order.
-    fn agrees_with(&self, reversed: &State) -> bool {
+    fn agrees_with(&self, reversed: &TransitionState) -> bool {
         let Some(d) = &self.directions else { return true };
         let close =
             |a: f64, b: f64, size: f64| (a - b).abs() <= SAME * a.abs().max(b.abs()).max(size);

@@ -10,26 +10,26 @@
 //!   ([`Simulation::unresolved_equation`]).
 
 use crate::algebraic::AlgebraicPoint;
-use crate::integrate::drive::Here;
-use crate::integrate::methods::stepper::{At, Base};
+use crate::integrate::drive::InstantInputs;
+use crate::integrate::methods::stepper::{StepBase, StepEnd};
 use crate::integrate::simulation::{Simulation, multiply};
 use crate::linalg::Factorisation;
 use crate::linalg::norm::larger;
 use crate::problem::Problem;
 use crate::solution::{Solution, UndefinedCause, UndefinedSensitivity};
-use crate::solved::Solved;
-use crate::system::Point;
+use crate::solved::SolvableSystem;
+use crate::system::EvaluationPoint;
 
 /// How weakly an equation determines its unknown.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(in crate::integrate) enum Weak {
+pub(in crate::integrate) enum Weakness {
     /// Too weakly for sensitivities.
     Singular,
     /// Not at all.
     Vanishing,
 }
 
-impl<S: Solved> Simulation<'_, S> {
+impl<S: SolvableSystem> Simulation<'_, S> {
     /// Makes algebraic unknowns consistent again after a rejection. If the solution is at a singular point, takes a
     /// step off it and returns its size.
     ///
@@ -48,7 +48,7 @@ impl<S: Solved> Simulation<'_, S> {
         self.corrected = true;
         self.linearized = false;
         let Problem { system, p, .. } = *self.problem;
-        let u = Here { drive: &mut self.drive, t: self.t };
+        let u = InstantInputs { drive: &mut self.drive, t: self.t };
         let point = AlgebraicPoint { t: self.t, u, p, z: self.discrete.z() };
         let y = self.row.as_mut();
         y.copy_from_slice(self.y.as_ref());
@@ -59,9 +59,9 @@ impl<S: Solved> Simulation<'_, S> {
         }
 
         let (mass, z) = (&self.algebraic.mass, self.discrete.z());
-        let base = Base { system, p, z, mass, t: self.t };
+        let base = StepBase { system, p, z, mass, t: self.t };
         self.stepper.linearize(base, &mut self.drive, self.y.as_ref(), None);
-        let vanishing = self.weak_equation(self.t, Weak::Vanishing);
+        let vanishing = self.weak_equation(self.t, Weakness::Vanishing);
         let Some(row) = vanishing else {
             // The sensitivities were consistent with the old unknowns.
             self.make_sensitivities_consistent(solution);
@@ -101,14 +101,14 @@ impl<S: Solved> Simulation<'_, S> {
             for ((new, y), slope) in y_new.iter_mut().zip(y).zip(slope) {
                 *new = y + h * slope;
             }
-            let u = Here { drive: &mut self.drive, t: t_new };
+            let u = InstantInputs { drive: &mut self.drive, t: t_new };
             let point = AlgebraicPoint { t: t_new, u, p, z: self.discrete.z() };
             let jacobian = self.stepper.jacobian.as_mut();
             let consistent =
                 self.algebraic.make_consistent(system, point, y_new, jacobian, sizes, tolerances);
             if consistent.is_ok() {
                 let (u, udot) = self.drive.with_slope(t_new, y_new);
-                let point = Point { t: t_new, y: y_new, u, p, z: self.discrete.z() };
+                let point = EvaluationPoint { t: t_new, y: y_new, u, p, z: self.discrete.z() };
                 let (f, dfdt) = (self.stepper.f.as_mut(), self.stepper.dfdt.as_mut());
                 system.linearize(point, udot, f, jacobian, dfdt);
                 let e = self.stepper.rhs.as_mut();
@@ -146,8 +146,8 @@ impl<S: Solved> Simulation<'_, S> {
         let Problem { system, p, .. } = *self.problem;
         let (y, y_new) = (self.y.as_ref(), self.stepper.y_new.as_ref());
         let t_new = self.t + h;
-        let u = self.drive.at(t_new, self.stepper.y_new.as_ref());
-        let point = Point { t: t_new, y: y_new, u, p, z: self.discrete.z() };
+        let u = self.drive.evaluate(t_new, self.stepper.y_new.as_ref());
+        let point = EvaluationPoint { t: t_new, y: y_new, u, p, z: self.discrete.z() };
         system.rhs(point, self.row.as_mut());
         let pattern = &system.signature().jacobian;
         let jacobian = self.stepper.jacobian.as_ref();
@@ -194,9 +194,9 @@ impl<S: Solved> Simulation<'_, S> {
     ) {
         let Problem { system, p, .. } = *self.problem;
         let (mass, z) = (&self.algebraic.mass, self.discrete.z());
-        let base = Base { system, p, z, mass, t: t_new };
+        let base = StepBase { system, p, z, mass, t: t_new };
         let wants_all = self.stepper.traits.wants_all_derivatives();
-        let directions = self.directions.as_mut().filter(|_| wants_all).map(|d| (d, At::End));
+        let directions = self.directions.as_mut().filter(|_| wants_all).map(|d| (d, StepEnd::End));
         // The linearisation needs y⁺, which the stepper owns.
         self.row.as_mut().copy_from_slice(self.stepper.y_new.as_ref());
         self.stepper.linearize(base, &mut self.drive, self.row.as_ref(), directions);
@@ -204,7 +204,7 @@ impl<S: Solved> Simulation<'_, S> {
         solution.statistics.linearizations += 1;
         solution.statistics.factorisations += 1;
         std::mem::swap(&mut self.y, &mut self.stepper.y_new);
-        let singular = self.weak_equation(t_new, Weak::Singular);
+        let singular = self.weak_equation(t_new, Weakness::Singular);
         std::mem::swap(&mut self.y, &mut self.stepper.y_new);
         if let Some(row) = singular {
             self.end_sensitivities(self.t, row, solution);
@@ -212,18 +212,18 @@ impl<S: Solved> Simulation<'_, S> {
     }
 
     /// The equation that does not determine its unknown at (t, y), where the stepper is linearised.
-    pub(in crate::integrate) fn weak_equation(&mut self, t: f64, how: Weak) -> Option<usize> {
+    pub(in crate::integrate) fn weak_equation(&mut self, t: f64, how: Weakness) -> Option<usize> {
         let Problem { system, p, .. } = *self.problem;
-        let u = self.drive.at(t, self.y.as_ref());
-        let point = Point { t, y: self.y.as_ref(), u, p, z: self.discrete.z() };
+        let u = self.drive.evaluate(t, self.y.as_ref());
+        let point = EvaluationPoint { t, y: self.y.as_ref(), u, p, z: self.discrete.z() };
         let work = self.projection.as_mut()?.jacobian.as_mut();
         let jacobian = self.stepper.jacobian.as_ref();
         let (sizes, atol) = (self.sizes.as_ref(), self.tolerances.atol);
         match how {
-            Weak::Singular => {
+            Weakness::Singular => {
                 self.algebraic.singular_equation(system, point, jacobian, work, sizes, atol)
             }
-            Weak::Vanishing => {
+            Weakness::Vanishing => {
                 self.algebraic.vanishing_equation(system, point, jacobian, work, sizes, atol)
             }
         }
@@ -236,7 +236,7 @@ impl<S: Solved> Simulation<'_, S> {
         solution: &mut Solution,
     ) {
         self.directions = None;
-        let equation = self.problem.system.signature().equations.at(row).to_string();
+        let equation = self.problem.system.signature().equations.get(row).to_string();
         let cause = UndefinedCause::Singular;
         solution.undefined.push(UndefinedSensitivity { from, until: from, equation, cause });
     }

@@ -4,16 +4,16 @@
 //! model. If their times have other derivatives, the order is another for other parameters: S is then defined only if
 //! the order makes no difference.
 
-use crate::discrete::clock::Tick;
+use crate::discrete::clock::ClockTick;
 use crate::error::IntegrateError;
 use crate::integrate::events::simultaneous::is_same;
 use crate::integrate::simulation::Simulation;
 use crate::problem::Problem;
 use crate::solution::Solution;
-use crate::solved::Solved;
-use crate::system::Point;
+use crate::solved::SolvableSystem;
+use crate::system::EvaluationPoint;
 
-impl<S: Solved> Simulation<'_, S> {
+impl<S: SolvableSystem> Simulation<'_, S> {
     /// Switches the conditions on time, and makes the ticks, that are due now.
     #[inline]
     pub(in crate::integrate) fn switch_conditions(
@@ -70,7 +70,11 @@ impl<S: Solved> Simulation<'_, S> {
     }
 
     /// Makes one tick, and the transition that it drives.
-    fn make_tick(&mut self, tick: Tick, solution: &mut Solution) -> Result<(), IntegrateError> {
+    fn make_tick(
+        &mut self,
+        tick: ClockTick,
+        solution: &mut Solution,
+    ) -> Result<(), IntegrateError> {
         for j in 0..self.discrete.saltation.tau.len() {
             self.discrete.saltation.tau[j] = self.slope_of_tick(tick, j);
         }
@@ -87,7 +91,7 @@ impl<S: Solved> Simulation<'_, S> {
     }
 
     /// The derivative of t₀ + x T in direction j.
-    fn slope_of_tick(&self, tick: Tick, j: usize) -> f64 {
+    fn slope_of_tick(&self, tick: ClockTick, j: usize) -> f64 {
         let n_c = self.discrete.z().len() - self.discrete.n_automata;
         let column = &self.discrete.dtimes[j * n_c..];
         column[tick.condition] + tick.number * column[tick.condition + 1]
@@ -98,15 +102,15 @@ impl<S: Solved> Simulation<'_, S> {
         let Problem { system, p, .. } = *self.problem;
         let hybrid = &mut self.discrete;
         if hybrid.schedule.follow(system, p, self.t) && !hybrid.dtimes.is_empty() {
-            let point = Point { t: self.t, y: &[], u: &[], p, z: &hybrid.schedule.z };
+            let point = EvaluationPoint { t: self.t, y: &[], u: &[], p, z: &hybrid.schedule.z };
             system.condition_time_sensitivities(point, &mut hybrid.dtimes);
         }
     }
 
     /// Whether ticks at one time would be at different times for other parameters.
-    fn order_matters(&self, ticks: &[Tick]) -> bool {
+    fn order_matters(&self, ticks: &[ClockTick]) -> bool {
         let [first, others @ ..] = ticks else { return false };
-        let differs = |other: &Tick| {
+        let differs = |other: &ClockTick| {
             (0..self.discrete.saltation.tau.len())
                 .any(|j| !is_same(self.slope_of_tick(*first, j), self.slope_of_tick(*other, j)))
         };
@@ -114,7 +118,7 @@ impl<S: Solved> Simulation<'_, S> {
     }
 
     /// Tries ticks in both orders; ends sensitivities if the outcomes differ.
-    fn verify_order_of_ticks(&mut self, ticks: &[Tick], solution: &mut Solution) {
+    fn verify_order_of_ticks(&mut self, ticks: &[ClockTick], solution: &mut Solution) {
         let agree = self.orders_agree(solution, |run, reversed, solution| {
             for place in 0..ticks.len() {
                 let place = if reversed { ticks.len() - 1 - place } else { place };

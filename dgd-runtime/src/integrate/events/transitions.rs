@@ -2,13 +2,13 @@
 
 use crate::discrete::{choose_sides, choose_start_modes, count_steps_of};
 use crate::error::IntegrateError;
-use crate::integrate::events::hybrid::Hybrid;
-use crate::integrate::methods::stepper::At;
+use crate::integrate::events::hybrid::HybridState;
+use crate::integrate::methods::stepper::StepEnd;
 use crate::integrate::simulation::Simulation;
 use crate::problem::Problem;
 use crate::solution::{Event, Solution};
-use crate::solved::Solved;
-use crate::system::{AutomatonKind, Crossing, Point, Trigger};
+use crate::solved::SolvableSystem;
+use crate::system::{AutomatonKind, Crossing, EvaluationPoint, Trigger};
 
 /// Transitions within this fraction of a step are one action, and endless ones within this fraction of the run.
 const ONE_TIME: f64 = 1e-9;
@@ -24,7 +24,7 @@ pub(super) const OF_ROUNDING: f64 = f64::NEG_INFINITY;
 /// Rounding error of an unknown after a step, in units in the last place.
 const ROUNDINGS: f64 = 8.0;
 
-impl<S: Solved> Simulation<'_, S> {
+impl<S: SolvableSystem> Simulation<'_, S> {
     /// Makes the transitions that are due now, one after another, until none is.
     #[inline]
     pub(in crate::integrate) fn settle(
@@ -44,7 +44,7 @@ impl<S: Solved> Simulation<'_, S> {
                 continue;
             }
             let Some(due) = self.due() else {
-                self.arm(At::Start, self.t);
+                self.arm(StepEnd::Start, self.t);
                 return Ok(());
             };
             self.follow_threshold(due, solution);
@@ -59,7 +59,7 @@ impl<S: Solved> Simulation<'_, S> {
         self.take_slack_of(OF_TOLERANCE, self.tolerances.rtol, self.tolerances.atol);
         let rounding = ROUNDINGS * f64::EPSILON;
         self.take_slack_of(OF_ROUNDING, rounding, rounding);
-        self.take_roundings(At::Start, self.t);
+        self.take_roundings(StepEnd::Start, self.t);
     }
 
     /// Computes the marked slacks, for unknowns with these tolerances.
@@ -68,7 +68,7 @@ impl<S: Solved> Simulation<'_, S> {
             return;
         }
         self.take_errors(rtol, atol);
-        let Hybrid { slack, e, high, .. } = &mut self.discrete;
+        let HybridState { slack, e, high, .. } = &mut self.discrete;
         for ((slack, error), e) in slack.iter_mut().zip(high.iter()).zip(e.iter()) {
             if *slack == mark {
                 // A value that exceeds the threshold by more than rounding has passed it.
@@ -80,18 +80,18 @@ impl<S: Solved> Simulation<'_, S> {
 
     /// Computes the marked roundings, at an end of the last tried step: how much event functions change by rounding of
     /// time.
-    fn take_roundings(&mut self, end: At, t: f64) {
+    fn take_roundings(&mut self, end: StepEnd, t: f64) {
         if !self.discrete.rounding.contains(&OF_ROUNDING) {
             return;
         }
         let Problem { system, p, .. } = *self.problem;
         let y = match end {
-            At::Start => self.y.as_ref(),
-            At::End => self.stepper.y_new.as_ref(),
+            StepEnd::Start => self.y.as_ref(),
+            StepEnd::End => self.stepper.y_new.as_ref(),
         };
         let (u, udot) = self.drive.with_slope(t, y);
-        let Hybrid { schedule, rounding, calm_until, saltation, .. } = &mut self.discrete;
-        let point = Point { t, y, u, p, z: &schedule.z };
+        let HybridState { schedule, rounding, calm_until, saltation, .. } = &mut self.discrete;
+        let point = EvaluationPoint { t, y, u, p, z: &schedule.z };
         let slopes = saltation.take_event_derivatives(system, point, udot);
         let of_time = ROUNDINGS * f64::EPSILON * t.abs();
         for (own, slope) in rounding.iter_mut().zip(slopes) {
@@ -106,24 +106,24 @@ impl<S: Solved> Simulation<'_, S> {
 
     /// Writes to `high` how much event functions change by errors of all unknowns within these tolerances.
     pub(super) fn take_errors(&mut self, rtol: f64, atol: f64) {
-        self.take_errors_at(At::Start, self.t, rtol, atol);
+        self.take_errors_at(StepEnd::Start, self.t, rtol, atol);
     }
 
     /// The same at an end of the last tried step, with the event functions there in `e`.
-    fn take_errors_at(&mut self, end: At, t: f64, rtol: f64, atol: f64) {
+    fn take_errors_at(&mut self, end: StepEnd, t: f64, rtol: f64, atol: f64) {
         let Problem { system, p, .. } = *self.problem;
-        let Hybrid { schedule, e, low, high, .. } = &mut self.discrete;
+        let HybridState { schedule, e, low, high, .. } = &mut self.discrete;
         let y = match end {
-            At::Start => self.y.as_ref(),
-            At::End => self.stepper.y_new.as_ref(),
+            StepEnd::Start => self.y.as_ref(),
+            StepEnd::End => self.stepper.y_new.as_ref(),
         };
-        let u = self.drive.at(t, y);
+        let u = self.drive.evaluate(t, y);
         high.fill(0.0);
         for i in 0..y.len() {
             let moved = self.row.as_mut();
             moved.copy_from_slice(y);
             moved[i] += rtol * y[i].abs() + atol * self.sizes.as_ref()[i];
-            let point = Point { t, y: self.row.as_ref(), u, p, z: &schedule.z };
+            let point = EvaluationPoint { t, y: self.row.as_ref(), u, p, z: &schedule.z };
             system.event_functions(point, low);
             for ((error, moved), e) in high.iter_mut().zip(low.iter()).zip(e.iter()) {
                 *error += (moved - e).abs();
@@ -134,7 +134,7 @@ impl<S: Solved> Simulation<'_, S> {
     /// How much the k-th event function changes by errors of the unknowns within the tolerance, at the end of the last
     /// tried step, with the event functions there in `e`.
     pub(super) fn error_of_event(&mut self, k: usize, t_new: f64) -> f64 {
-        self.take_errors_at(At::End, t_new, self.tolerances.rtol, self.tolerances.atol);
+        self.take_errors_at(StepEnd::End, t_new, self.tolerances.rtol, self.tolerances.atol);
         self.discrete.high[k]
     }
 
@@ -159,7 +159,7 @@ impl<S: Solved> Simulation<'_, S> {
             return None;
         }
         self.take_errors(self.tolerances.rtol, self.tolerances.atol);
-        let Hybrid { e, high, .. } = &self.discrete;
+        let HybridState { e, high, .. } = &self.discrete;
         let (k, automaton, _) =
             before.into_iter().find(|(k, _, before)| (e[*k] - before).abs() > high[*k])?;
         let crossing = if e[k] > 0.0 { Crossing::Rises } else { Crossing::Falls };
@@ -183,8 +183,9 @@ impl<S: Solved> Simulation<'_, S> {
     /// Evaluates e at (t, y).
     pub(in crate::integrate) fn evaluate_events(&mut self) {
         let Problem { system, p, .. } = *self.problem;
-        let u = self.drive.at(self.t, self.y.as_ref());
-        let point = Point { t: self.t, y: self.y.as_ref(), u, p, z: &self.discrete.schedule.z };
+        let u = self.drive.evaluate(self.t, self.y.as_ref());
+        let point =
+            EvaluationPoint { t: self.t, y: self.y.as_ref(), u, p, z: &self.discrete.schedule.z };
         system.event_functions(point, &mut self.discrete.e);
     }
 
@@ -227,7 +228,7 @@ impl<S: Solved> Simulation<'_, S> {
             if !(automaton.kind.counts() && automaton.kind.only_ends_steps()) {
                 continue;
             }
-            let Hybrid { schedule, e, .. } = &mut self.discrete;
+            let HybridState { schedule, e, .. } = &mut self.discrete;
             let before = schedule.z[position];
             count_steps_of(discrete, position, e, &mut schedule.z);
             let passed = schedule.z[position] - before;
@@ -242,7 +243,7 @@ impl<S: Solved> Simulation<'_, S> {
     /// Arms the transitions whose condition is false according to the event functions in `e`, at an end of the last tried
     /// step. A function of time that has just passed its threshold may come back by rounding: for a few roundings of time
     /// it is due beyond its own rounding only.
-    pub(in crate::integrate) fn arm(&mut self, end: At, t: f64) {
+    pub(in crate::integrate) fn arm(&mut self, end: StepEnd, t: f64) {
         self.count_knots();
         let hybrid = &mut self.discrete;
         let transitions = self.problem.system.signature().discrete.transitions();
@@ -280,18 +281,18 @@ impl<S: Solved> Simulation<'_, S> {
             return;
         }
         let Problem { system, p, .. } = *self.problem;
-        let u = self.drive.at(self.t, self.y.as_ref());
-        let Hybrid { e, schedule, .. } = &mut self.discrete;
+        let u = self.drive.evaluate(self.t, self.y.as_ref());
+        let HybridState { e, schedule, .. } = &mut self.discrete;
         let before = schedule.z.clone();
         choose_start_modes(
             system,
-            Point { t: self.t, y: self.y.as_ref(), u, p, z: &[] },
+            EvaluationPoint { t: self.t, y: self.y.as_ref(), u, p, z: &[] },
             e,
             &mut schedule.z,
         );
         if schedule.z != before {
             let mut mass = self.algebraic.mass.clone();
-            let point = Point { t: self.t, y: &[], u, p, z: &schedule.z };
+            let point = EvaluationPoint { t: self.t, y: &[], u, p, z: &schedule.z };
             system.mass(point, mass.as_mut());
             self.algebraic.enter_modes(mass.as_ref());
         }
@@ -303,8 +304,8 @@ impl<S: Solved> Simulation<'_, S> {
             return;
         }
         let Problem { system, p, .. } = *self.problem;
-        let u = self.drive.at(self.t, self.y.as_ref());
-        let point = Point { t: self.t, y: self.y.as_ref(), u, p, z: &[] };
+        let u = self.drive.evaluate(self.t, self.y.as_ref());
+        let point = EvaluationPoint { t: self.t, y: self.y.as_ref(), u, p, z: &[] };
         choose_sides(system, point, &mut self.discrete.e, &mut self.discrete.schedule.z);
         let discrete = &system.signature().discrete;
         for (slack, (automaton, _)) in self.discrete.slack.iter_mut().zip(discrete.transitions()) {
@@ -352,7 +353,7 @@ impl<S: Solved> Simulation<'_, S> {
         self.reset(k, solution);
         if automaton.kind.counts() {
             self.evaluate_events();
-            let Hybrid { schedule, e, .. } = &mut self.discrete;
+            let HybridState { schedule, e, .. } = &mut self.discrete;
             count_steps_of(discrete, position, e, &mut schedule.z);
         } else {
             self.discrete.schedule.z[position] = transition.to as f64;

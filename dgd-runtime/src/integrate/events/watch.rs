@@ -6,14 +6,14 @@
 
 use crate::error::IntegrateError;
 use crate::integrate::controller::Controller;
-use crate::integrate::events::hybrid::Hybrid;
-use crate::integrate::events::scan::Scanned;
-use crate::integrate::methods::stepper::At;
-use crate::integrate::simulation::{Simulation, Stop, Variables};
+use crate::integrate::events::hybrid::HybridState;
+use crate::integrate::events::scan::ScanResult;
+use crate::integrate::methods::stepper::StepEnd;
+use crate::integrate::simulation::{Simulation, StepOutcome, StepVariables};
 use crate::problem::Problem;
 use crate::solution::Solution;
-use crate::solved::Solved;
-use crate::system::Point;
+use crate::solved::SolvableSystem;
+use crate::system::EvaluationPoint;
 
 /// A corner is looked for again after this many steps.
 pub(super) const CALM: f64 = 4.0;
@@ -29,7 +29,7 @@ const APART: f64 = 0.25;
 /// A scan that has come this far, as a fraction of the run, without an end lets the step end there.
 const FAR_ENOUGH: f64 = 1e-9;
 
-impl<S: Solved> Simulation<'_, S> {
+impl<S: SolvableSystem> Simulation<'_, S> {
     /// The fraction of the last tried step up to the first point where a transition is due or can be armed. If there is
     /// none, arms those that can be armed at the end.
     ///
@@ -43,10 +43,10 @@ impl<S: Solved> Simulation<'_, S> {
     ) -> Result<Option<f64>, IntegrateError> {
         let Problem { system, p, .. } = *self.problem;
         let y_new = self.stepper.y_new.as_ref();
-        let point = Point {
+        let point = EvaluationPoint {
             t: t_new,
             y: y_new,
-            u: self.drive.at(t_new, y_new),
+            u: self.drive.evaluate(t_new, y_new),
             p,
             z: &self.discrete.schedule.z,
         };
@@ -56,16 +56,18 @@ impl<S: Solved> Simulation<'_, S> {
         self.discrete.sampled = h;
         self.discrete.turned = None;
         match self.scan(h) {
-            Scanned::Nothing => {
-                self.arm(At::End, t_new);
+            ScanResult::Nothing => {
+                self.arm(StepEnd::End, t_new);
                 Ok(None)
             }
-            Scanned::Until(part) => {
+            ScanResult::Until(part) => {
                 self.sample_around(h, part);
                 Ok(Some(part))
             }
-            Scanned::Stuck { part, .. } if part * h > FAR_ENOUGH * self.span => Ok(Some(part)),
-            Scanned::Stuck { part, k, .. } => Err(self.unresolved_condition(self.t + part * h, k)),
+            ScanResult::Stuck { part, .. } if part * h > FAR_ENOUGH * self.span => Ok(Some(part)),
+            ScanResult::Stuck { part, k, .. } => {
+                Err(self.unresolved_condition(self.t + part * h, k))
+            }
         }
     }
 
@@ -132,9 +134,9 @@ impl<S: Solved> Simulation<'_, S> {
         for (k, part) in [middle - APART, middle, middle + APART].into_iter().enumerate() {
             self.stepper.interpolate(part, self.y.as_ref(), self.row.as_mut());
             let t = self.t + part * h;
-            let u = self.drive.at(t, self.row.as_ref());
-            let Hybrid { schedule, around, .. } = &mut self.discrete;
-            let point = Point { t, y: self.row.as_ref(), u, p, z: &schedule.z };
+            let u = self.drive.evaluate(t, self.row.as_ref());
+            let HybridState { schedule, around, .. } = &mut self.discrete;
+            let point = EvaluationPoint { t, y: self.row.as_ref(), u, p, z: &schedule.z };
             system.event_functions(point, &mut around[k]);
         }
     }
@@ -178,7 +180,7 @@ impl<S: Solved> Simulation<'_, S> {
             return Ok(());
         }
         let (h, t_new) = (part * h, self.t + part * h);
-        let made = self.step_to(h, Variables::All, solution);
+        let made = self.step_to(h, StepVariables::All, solution);
         if made.is_err() {
             // The full step succeeded, but a shorter one did not.
             controller.abandon(h);
@@ -189,8 +191,8 @@ impl<S: Solved> Simulation<'_, S> {
         if self.due().is_some() {
             return self.step_to_event(controller, h, t_new, times, solution);
         }
-        self.arm(At::End, t_new);
-        self.accept(t_new, Stop::None, times, solution);
+        self.arm(StepEnd::End, t_new);
+        self.accept(t_new, StepOutcome::None, times, solution);
         self.end_at_touch(touched, solution);
         Ok(())
     }

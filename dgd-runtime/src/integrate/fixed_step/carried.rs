@@ -6,11 +6,11 @@
 use crate::integrate::methods::tableaux::MAX_STAGES;
 use crate::linalg::norm::Tolerances;
 use crate::linalg::norm::larger;
-use crate::solved::Solved;
-use crate::system::{Point, Storage};
+use crate::solved::SolvableSystem;
+use crate::system::{EvaluationPoint, Storage};
 
 /// Numbers that obey ẋ = F(t, x, u): y, or y and S as one system.
-pub(crate) trait Carried<S: Solved>: Clone {
+pub(crate) trait CarriedState<S: SolvableSystem>: Clone {
     /// Whether S is among them.
     const HAS_SENSITIVITIES: bool;
 
@@ -30,7 +30,7 @@ pub(crate) trait Carried<S: Solved>: Clone {
     fn parts_mut(&mut self) -> (&mut [f64], &mut [f64]);
 
     /// F at these numbers; `at.y` is not read.
-    fn slopes(&self, system: &S, at: Point<'_>, out: &mut Self);
+    fn slopes(&self, system: &S, at: EvaluationPoint<'_>, out: &mut Self);
 
     /// x + h Σⱼ wⱼ kⱼ over the first J of the `k`.
     fn advanced<const J: usize>(
@@ -53,29 +53,29 @@ pub(crate) trait Carried<S: Solved>: Clone {
 }
 
 /// y alone.
-pub(crate) struct Unknowns<S: Solved> {
+pub(crate) struct UnknownsOnly<S: SolvableSystem> {
     pub(crate) y: S::Vector,
 }
 
 /// y and S.
-pub(crate) struct WithSensitivities<S: Solved> {
+pub(crate) struct WithSensitivities<S: SolvableSystem> {
     pub(crate) y: S::Vector,
     pub(crate) s: S::Sensitivity,
 }
 
-impl<S: Solved> Clone for Unknowns<S> {
+impl<S: SolvableSystem> Clone for UnknownsOnly<S> {
     fn clone(&self) -> Self {
         Self { y: self.y.clone() }
     }
 }
 
-impl<S: Solved> Clone for WithSensitivities<S> {
+impl<S: SolvableSystem> Clone for WithSensitivities<S> {
     fn clone(&self) -> Self {
         Self { y: self.y.clone(), s: self.s.clone() }
     }
 }
 
-impl<S: Solved> Carried<S> for Unknowns<S> {
+impl<S: SolvableSystem> CarriedState<S> for UnknownsOnly<S> {
     const HAS_SENSITIVITIES: bool = false;
 
     fn zeros(system: &S) -> Self {
@@ -102,8 +102,8 @@ impl<S: Solved> Carried<S> for Unknowns<S> {
     }
 
     #[inline(always)]
-    fn slopes(&self, system: &S, at: Point<'_>, out: &mut Self) {
-        system.rhs(Point { y: self.y.as_ref(), ..at }, out.y.as_mut());
+    fn slopes(&self, system: &S, at: EvaluationPoint<'_>, out: &mut Self) {
+        system.rhs(EvaluationPoint { y: self.y.as_ref(), ..at }, out.y.as_mut());
     }
 
     #[inline(always)]
@@ -135,7 +135,7 @@ impl<S: Solved> Carried<S> for Unknowns<S> {
     }
 }
 
-impl<S: Solved> Carried<S> for WithSensitivities<S> {
+impl<S: SolvableSystem> CarriedState<S> for WithSensitivities<S> {
     const HAS_SENSITIVITIES: bool = true;
 
     fn zeros(system: &S) -> Self {
@@ -165,8 +165,8 @@ impl<S: Solved> Carried<S> for WithSensitivities<S> {
     }
 
     #[inline(always)]
-    fn slopes(&self, system: &S, at: Point<'_>, out: &mut Self) {
-        let point = Point { y: self.y.as_ref(), ..at };
+    fn slopes(&self, system: &S, at: EvaluationPoint<'_>, out: &mut Self) {
+        let point = EvaluationPoint { y: self.y.as_ref(), ..at };
         system.sensitivity_rhs(point, self.s.as_ref(), out.y.as_mut(), out.s.as_mut());
     }
 

@@ -11,23 +11,25 @@
 
 use std::num::NonZeroU32;
 
-use super::carried::{Carried, Unknowns};
-use super::count::{Count, MOST};
+use super::carried::{CarriedState, UnknownsOnly};
+use super::count::{MOST, StepCount};
 use super::error::{PerSampleError, verify};
-use super::grid::{Grid, sample_interval, segments};
+use super::grid::{StepGrid, sample_interval, segments};
 use super::method::FixedStep;
-use super::sweep::{Course, Gauge, sweep};
-use super::taylor::Taylor;
-use super::{Nothing, PerSample, Steps, Task, dispatch, is_swept, rosenbrock, started};
+use super::sweep::{ErrorGauge, RunSchedule, sweep};
+use super::taylor::FixedTaylor;
+use super::{
+    DiscardingSink, FixedStepTask, PerSample, Steps, dispatch, is_swept, rosenbrock, started,
+};
 use crate::error::IntegrateError;
 use crate::integrate::methods::catalogue::{METHODS, Method, MethodKind, taylor_up_to};
 use crate::integrate::methods::taylor::order;
 use crate::integrate::simulation::Simulation;
-use crate::integrate::watched::Watched;
+use crate::integrate::watched::RunMonitor;
 use crate::linalg::norm::larger;
 use crate::problem::{Options, Problem};
 use crate::solution::Solution;
-use crate::solved::Solved;
+use crate::solved::SolvableSystem;
 
 /// The beginning of a run is one part in this many of its rows, with a minimum number of rows.
 const PART: usize = 16;
@@ -48,14 +50,14 @@ fn cost(method: &Method) -> u32 {
 
 /// Errors of a run.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Measured {
+pub struct RunErrors {
     /// Square of the largest local error, in units of the tolerance.
     pub largest: f64,
     /// The largest ratio of a step to the stability limit.
     pub stiffness: f64,
 }
 
-impl Measured {
+impl RunErrors {
     /// The number of steps per sample that is needed, if n were not enough.
     pub fn wants_more_than(self, n: u32, exponent: u32) -> Option<u32> {
         let share = larger(self.largest.powf(0.5 / f64::from(exponent)), self.stiffness);
@@ -92,7 +94,7 @@ impl PerSampleChoice {
 ///
 /// [`IntegrateError::PerSample`] if no method can make equal steps for this model, or none is accurate enough with the
 /// maximum number of steps; the other variants if the run cannot begin.
-pub fn choose_per_sample<S: Solved>(
+pub fn choose_per_sample<S: SolvableSystem>(
     problem: &Problem<'_, S>,
     times: &[f64],
     options: &Options,
@@ -128,7 +130,7 @@ pub fn choose_per_sample<S: Solved>(
 }
 
 /// The steps and cost that a method needs in the beginning of a run.
-fn candidate<S: Solved>(
+fn candidate<S: SolvableSystem>(
     problem: &Problem<'_, S>,
     times: &[f64],
     options: &Options,
@@ -137,7 +139,7 @@ fn candidate<S: Solved>(
         let mut solution = Solution::empty(problem.system.signature(), 0);
         let mut simulation = Simulation::new(problem, options, times[0], None);
         simulation.start(&mut solution)?;
-        if let Some(method) = lowest_order::<S, Unknowns<S>>(&simulation, times) {
+        if let Some(method) = lowest_order::<S, UnknownsOnly<S>>(&simulation, times) {
             return Ok(PerSampleChoice { method, steps: NonZeroU32::MIN });
         }
     }
@@ -148,16 +150,16 @@ fn candidate<S: Solved>(
 
 /// The Taylor series of lowest order with which one step per sample keeps errors within the tolerance in the beginning
 /// of a run; at most twice the order that suits the tolerance, which costs as much as two steps.
-pub(super) fn lowest_order<S: Solved, C: Carried<S>>(
+pub(super) fn lowest_order<S: SolvableSystem, C: CarriedState<S>>(
     simulation: &Simulation<'_, S>,
     times: &[f64],
 ) -> Option<&'static Method> {
     let system = simulation.problem.system;
     let n_s = if C::HAS_SENSITIVITIES { system.signature().directions.len() } else { 0 };
-    let grid = Grid::new(sample_interval(simulation.problem.inputs, times), 1);
+    let grid = StepGrid::new(sample_interval(simulation.problem.inputs, times), 1);
     taylor_up_to(2 * order(None, simulation.tolerances.rtol)).iter().find(|method| {
         let run = MeasuredRun::<S, C>::new(simulation, &times[..head(times)], grid);
-        let measured = run.with(Taylor::new(system, method.order as usize, n_s));
+        let measured = run.run_with(FixedTaylor::new(system, method.order as usize, n_s));
         measured.is_ok_and(|measured| measured.largest <= SPARE * SPARE)
     })
 }
@@ -168,7 +170,7 @@ pub(super) fn head(times: &[f64]) -> usize {
 }
 
 /// The number of steps per sample that the beginning of a run needs for the unknowns to meet the tolerance.
-pub(crate) fn per_sample_of_head<S: Solved>(
+pub(crate) fn per_sample_of_head<S: SolvableSystem>(
     problem: &Problem<'_, S>,
     times: &[f64],
     options: &Options,
@@ -179,16 +181,16 @@ pub(crate) fn per_sample_of_head<S: Solved>(
 
 /// The number of steps per sample of a run to `times` that keeps the unknowns' errors within the tolerance up to the
 /// last time of `part`.
-fn per_sample_within<S: Solved>(
+fn per_sample_within<S: SolvableSystem>(
     problem: &Problem<'_, S>,
     times: &[f64],
     part: &[f64],
     options: &Options,
 ) -> Result<u32, IntegrateError> {
-    let mut count = Count::new(PerSample::Automatic, options.method.name);
+    let mut count = StepCount::new(PerSample::Automatic, options.method.name);
     let interval = sample_interval(problem.inputs, times);
     loop {
-        match measure_on(problem, part, Grid::new(interval, count.n), options) {
+        match measure_on(problem, part, StepGrid::new(interval, count.n), options) {
             Ok(measured) => {
                 if count.settle(measured, options.method.kind.estimate_order(options.rtol) + 1)? {
                     return Ok(count.n);
@@ -203,25 +205,25 @@ fn per_sample_within<S: Solved>(
 }
 
 /// The unknowns' errors in a run with a fixed number of steps per sample.
-pub(crate) fn measure<S: Solved>(
+pub(crate) fn measure<S: SolvableSystem>(
     problem: &Problem<'_, S>,
     times: &[f64],
     per_sample: u32,
     options: &Options,
-) -> Result<Measured, IntegrateError> {
+) -> Result<RunErrors, IntegrateError> {
     verify(problem, options.method).map_err(IntegrateError::PerSample)?;
     let interval = sample_interval(problem.inputs, times);
-    measure_on(problem, times, Grid::new(interval, per_sample), options)
+    measure_on(problem, times, StepGrid::new(interval, per_sample), options)
 }
 
-fn measure_on<S: Solved>(
+fn measure_on<S: SolvableSystem>(
     problem: &Problem<'_, S>,
     times: &[f64],
-    grid: Grid,
+    grid: StepGrid,
     options: &Options,
-) -> Result<Measured, IntegrateError> {
+) -> Result<RunErrors, IntegrateError> {
     let Some(&from) = times.first() else {
-        return Ok(Measured { largest: 0.0, stiffness: 0.0 });
+        return Ok(RunErrors { largest: 0.0, stiffness: 0.0 });
     };
     let mut solution = Solution::empty(problem.system.signature(), 0);
     let mut simulation = Simulation::new(problem, options, from, None);
@@ -229,39 +231,39 @@ fn measure_on<S: Solved>(
         return rosenbrock::measure(&mut simulation, times, grid, &mut solution);
     }
     simulation.start(&mut solution)?;
-    let task = MeasuredRun::<S, Unknowns<S>>::new(&simulation, times, grid);
+    let task = MeasuredRun::<S, UnknownsOnly<S>>::new(&simulation, times, grid);
     dispatch(problem.system, options.method.kind, options.rtol, task)
 }
 
 /// A run that measures errors.
-struct MeasuredRun<'a, S: Solved, C> {
+struct MeasuredRun<'a, S: SolvableSystem, C> {
     problem: Problem<'a, S>,
     times: &'a [f64],
     max_steps: usize,
-    watched: Option<&'static Watched>,
-    grid: Grid,
+    watched: Option<&'static RunMonitor>,
+    grid: StepGrid,
     start: C,
-    gauge: Gauge<C>,
+    gauge: ErrorGauge<C>,
     method: &'static Method,
 }
 
-impl<'a, S: Solved, C: Carried<S>> MeasuredRun<'a, S, C> {
-    fn new(simulation: &Simulation<'a, S>, times: &'a [f64], grid: Grid) -> Self {
+impl<'a, S: SolvableSystem, C: CarriedState<S>> MeasuredRun<'a, S, C> {
+    fn new(simulation: &Simulation<'a, S>, times: &'a [f64], grid: StepGrid) -> Self {
         let (start, sizes) = started(simulation);
-        let gauge = Gauge::new(simulation.tolerances, sizes);
+        let gauge = ErrorGauge::new(simulation.tolerances, sizes);
         let Simulation { problem, max_steps, watched, method, .. } = *simulation;
         Self { problem: *problem, times, max_steps, watched, grid, start, gauge, method }
     }
 }
 
-impl<S: Solved, C: Carried<S>> Task<S, C> for MeasuredRun<'_, S, C> {
-    type Done = Result<Measured, IntegrateError>;
+impl<S: SolvableSystem, C: CarriedState<S>> FixedStepTask<S, C> for MeasuredRun<'_, S, C> {
+    type Done = Result<RunErrors, IntegrateError>;
 
-    fn with<M: FixedStep<S, C>>(self, mut stepper: M) -> Self::Done {
+    fn run_with<M: FixedStep<S, C>>(self, mut stepper: M) -> Self::Done {
         let Self { problem, times, max_steps, watched, grid, mut start, mut gauge, method } = self;
         let Problem { system, p, inputs, .. } = problem;
-        let course = Course { system, p, inputs, times, grid, max_steps, watched };
-        match sweep(&course, &mut stepper, &mut start, Some(&mut gauge), &mut Nothing) {
+        let course = RunSchedule { system, p, inputs, times, grid, max_steps, watched };
+        match sweep(&course, &mut stepper, &mut start, Some(&mut gauge), &mut DiscardingSink) {
             Ok(_) => Ok(gauge.measured()),
             Err(stopped) => stopped.into_error(max_steps, |t| {
                 let (per_sample, method) = (grid.per_sample(), method.name);
@@ -272,7 +274,7 @@ impl<S: Solved, C: Carried<S>> Task<S, C> for MeasuredRun<'_, S, C> {
 }
 
 /// Whether inputs change in most sample intervals of a recording.
-pub fn inputs_change_by_sample<S: Solved>(problem: &Problem<'_, S>, times: &[f64]) -> bool {
+pub fn inputs_change_by_sample<S: SolvableSystem>(problem: &Problem<'_, S>, times: &[f64]) -> bool {
     match (times.first(), times.last()) {
         (Some(from), Some(until)) if from < until => {
             2 * segments(problem.inputs, *from, *until) >= times.len()
@@ -283,7 +285,7 @@ pub fn inputs_change_by_sample<S: Solved>(problem: &Problem<'_, S>, times: &[f64
 
 /// The largest ratio of the sample interval to the stability limit of an explicit method, over a run with one step per
 /// sample; `None` if the model cannot be run with such steps.
-pub fn stiffness<S: Solved>(
+pub fn stiffness<S: SolvableSystem>(
     problem: &Problem<'_, S>,
     times: &[f64],
     options: &Options,

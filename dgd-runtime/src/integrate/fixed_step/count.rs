@@ -1,7 +1,7 @@
 //! The search for the number of steps per sample.
 
 use super::PerSample;
-use super::choice::Measured;
+use super::choice::RunErrors;
 use super::error::PerSampleError;
 use crate::error::IntegrateError;
 
@@ -9,13 +9,13 @@ use crate::error::IntegrateError;
 pub(super) const MOST: u32 = 64;
 
 /// The number of steps per sample.
-pub(super) struct Count {
+pub(super) struct StepCount {
     pub(super) n: u32,
     wanted: PerSample,
     method: &'static str,
 }
 
-impl Count {
+impl StepCount {
     pub(super) fn new(wanted: PerSample, method: &'static str) -> Self {
         let n = match wanted {
             PerSample::Automatic => 1,
@@ -43,7 +43,7 @@ impl Count {
     /// are small enough.
     pub(super) fn settle(
         &mut self,
-        measured: Measured,
+        measured: RunErrors,
         exponent: u32,
     ) -> Result<bool, IntegrateError> {
         if !self.is_open() {

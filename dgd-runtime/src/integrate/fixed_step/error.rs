@@ -8,7 +8,7 @@ use crate::integrate::methods::catalogue::{Method, MethodKind};
 use crate::integrate::methods::tableaux::RungeKuttaTableau;
 use crate::integrate::methods::taylor;
 use crate::problem::Problem;
-use crate::solved::Solved;
+use crate::solved::SolvableSystem;
 use crate::system::Signature;
 
 /// Why a run with equal steps per sample is not possible, or not accurate enough.
@@ -64,7 +64,7 @@ pub enum PerSampleError {
 }
 
 /// Checks that a method can run a model with equal steps per sample.
-pub(crate) fn verify<S: Solved>(
+pub(crate) fn verify<S: SolvableSystem>(
     problem: &Problem<'_, S>,
     method: &Method,
 ) -> Result<(), PerSampleError> {
@@ -79,7 +79,7 @@ pub(crate) fn verify<S: Solved>(
                 None => Ok(()),
                 Some(row) => Err(PerSampleError::Algebraic {
                     method: method.name,
-                    equation: signature.equations.at(row).to_string(),
+                    equation: signature.equations.get(row).to_string(),
                 }),
             }
         }
@@ -102,16 +102,18 @@ fn refusal(signature: &Signature) -> Option<PerSampleError> {
     if signature.discrete.n_time_conditions > 0 {
         return Some(PerSampleError::TimeCondition);
     }
-    let late_input =
-        signature.delayed_inputs.first().map(|late| signature.inputs[late.input].name.clone());
-    let late_unknown =
-        signature.delayed_unknowns.first().map(|late| signature.unknowns.name(late.unknown));
+    let delayed_input = signature
+        .delayed_inputs
+        .first()
+        .map(|delayed| signature.inputs[delayed.input].name.clone());
+    let delayed_unknown =
+        signature.delayed_unknowns.first().map(|delayed| signature.unknowns.name(delayed.unknown));
     let mut outputs = signature.outputs.iter();
-    let late_output = outputs.find(|output| output.delay.is_some());
-    let late_output = late_output.map(|output| output.name.clone());
-    late_input
-        .or(late_unknown)
-        .or(late_output)
+    let delayed_output = outputs.find(|output| output.delay.is_some());
+    let delayed_output = delayed_output.map(|output| output.name.clone());
+    delayed_input
+        .or(delayed_unknown)
+        .or(delayed_output)
         .map(|name| PerSampleError::Delay { name: name.to_string() })
 }
 

@@ -1,10 +1,10 @@
 //! The number of equal steps in each segment of the inputs.
 
-use crate::signal::{Inputs, Side};
+use crate::signal::{Inputs, LimitSide};
 
 /// Steps of a run: equal within each segment, and never longer than a fraction of the sample interval.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Grid {
+pub(crate) struct StepGrid {
     per_sample: u32,
     /// One over the longest step.
     rate: f64,
@@ -13,7 +13,7 @@ pub(crate) struct Grid {
 /// Segments that exceed a whole number of steps by less than this fraction of a step get no extra step.
 const ROUNDING: f64 = 1e-9;
 
-impl Grid {
+impl StepGrid {
     /// `per_sample` steps in each sample interval.
     pub(crate) fn new(interval: f64, per_sample: u32) -> Self {
         Self { per_sample, rate: f64::from(per_sample) / interval }
@@ -43,5 +43,5 @@ pub(crate) fn sample_interval(inputs: &Inputs, times: &[f64]) -> f64 {
 
 /// Number of input segments in a run.
 pub(crate) fn segments(inputs: &Inputs, from: f64, until: f64) -> usize {
-    inputs.segment_at(until, Side::Left) + 1 - inputs.segment_at(from, Side::Right)
+    inputs.segment_at(until, LimitSide::Left) + 1 - inputs.segment_at(from, LimitSide::Right)
 }

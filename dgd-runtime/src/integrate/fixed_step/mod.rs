@@ -13,7 +13,7 @@
 //! Models with modes, conditions on time or delays need steps that end elsewhere ([`error::refusal`]). If all unknowns
 //! are differential and the method is explicit, [`sweep`] is the loop: written once for the unknowns with and without
 //! sensitivities ([`carried`]), and for every method that makes steps of a given size ([`fixed_step`]). Work with such
-//! a method is a [`Task`], so that only [`dispatch`] distinguishes methods. Rosenbrock methods make the steps of the
+//! a method is a [`FixedStepTask`], so that only [`dispatch`] distinguishes methods. Rosenbrock methods make the steps of the
 //! general loop ([`rosenbrock`]).
 
 // Lengths are constants if storage has a fixed size, but only after inlining.
@@ -35,30 +35,30 @@ use std::num::NonZeroU32;
 
 use crate::error::IntegrateError;
 use crate::integrate::methods::catalogue::MethodKind;
-use crate::integrate::methods::family::Solves;
-use crate::integrate::methods::stepper::Directions;
+use crate::integrate::methods::family::EndEquations;
+use crate::integrate::methods::stepper::SensitivityWorkspace;
 use crate::integrate::methods::tableaux::{EqualSteps, RungeKuttaTableau};
 use crate::integrate::methods::taylor::order;
 use crate::integrate::request;
 use crate::integrate::simulation::Simulation;
-use crate::integrate::watched::Watched;
+use crate::integrate::watched::RunMonitor;
 use crate::problem::{Options, Problem};
 use crate::signal::Segment;
 use crate::solution::Solution;
-use crate::solved::Solved;
-use carried::{Carried, Unknowns, WithSensitivities};
+use crate::solved::SolvableSystem;
+use carried::{CarriedState, UnknownsOnly, WithSensitivities};
 use choice::head;
-pub(crate) use choice::{Measured, measure, per_sample_of_head};
 pub use choice::{PerSampleChoice, choose_per_sample, inputs_change_by_sample, stiffness};
-use count::Count;
+pub(crate) use choice::{RunErrors, measure, per_sample_of_head};
+use count::StepCount;
 pub use error::PerSampleError;
 use error::verify;
-use grid::{Grid, sample_interval};
+use grid::{StepGrid, sample_interval};
 use method::FixedStep;
-pub(crate) use sweep::Sink;
-use sweep::{Course, Gauge, sweep};
-use taylor::Taylor;
-use tsit5::Tsit5;
+pub(crate) use sweep::SampleSink;
+use sweep::{ErrorGauge, RunSchedule, sweep};
+use taylor::FixedTaylor;
+use tsit5::FixedTsit5;
 
 /// How step sizes are chosen.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
@@ -86,12 +86,12 @@ pub enum PerSample {
 }
 
 /// Runs with equal steps per sample.
-pub(super) fn run<S: Solved>(
+pub(super) fn run<S: SolvableSystem>(
     problem: &Problem<'_, S>,
     times: &[f64],
     options: &Options,
     per_sample: PerSample,
-    directions: Option<Directions<S>>,
+    directions: Option<SensitivityWorkspace<S>>,
     solution: &mut Solution,
 ) -> Result<(), IntegrateError> {
     let Some(&from) = times.first() else { return Ok(()) };
@@ -100,7 +100,7 @@ pub(super) fn run<S: Solved>(
     solution.y.reserve(solution.n * times.len());
     solution.s.reserve(solution.n * solution.n_s * times.len());
     let with_sensitivities = directions.is_some();
-    let count = Count::new(per_sample, options.method.name);
+    let count = StepCount::new(per_sample, options.method.name);
     if !is_swept(options.method.kind) {
         return rosenbrock::run(problem, times, options, count, solution);
     }
@@ -109,15 +109,15 @@ pub(super) fn run<S: Solved>(
     if with_sensitivities {
         whole_run::<S, WithSensitivities<S>>(&simulation, times, options, count, solution)
     } else {
-        whole_run::<S, Unknowns<S>>(&simulation, times, options, count, solution)
+        whole_run::<S, UnknownsOnly<S>>(&simulation, times, options, count, solution)
     }
 }
 
-fn whole_run<S: Solved, C: Carried<S>>(
+fn whole_run<S: SolvableSystem, C: CarriedState<S>>(
     simulation: &Simulation<'_, S>,
     times: &[f64],
     options: &Options,
-    count: Count,
+    count: StepCount,
     solution: &mut Solution,
 ) -> Result<(), IntegrateError> {
     // For Taylor series the order is chosen first, then the number of steps.
@@ -133,18 +133,18 @@ fn whole_run<S: Solved, C: Carried<S>>(
 }
 
 /// Whether [`stream`](crate::model::stream) can run with these options.
-pub fn can_stream<S: Solved>(problem: &Problem<'_, S>, options: &Options) -> bool {
+pub fn can_stream<S: SolvableSystem>(problem: &Problem<'_, S>, options: &Options) -> bool {
     let is_fixed = matches!(options.steps, Steps::PerSample(PerSample::Exactly(_)));
     is_fixed && is_swept(options.method.kind) && verify(problem, options.method).is_ok()
 }
 
 /// Runs with sensitivities and a fixed number of steps per sample, and stores nothing: each requested time goes to the
 /// sink as it is reached.
-pub(crate) fn stream<S: Solved>(
+pub(crate) fn stream<S: SolvableSystem>(
     problem: &Problem<'_, S>,
     times: &[f64],
     options: &Options,
-    sink: &mut impl Sink,
+    sink: &mut impl SampleSink,
 ) -> Result<(), IntegrateError> {
     let Steps::PerSample(per_sample @ PerSample::Exactly(_)) = options.steps else {
         unreachable!("the number of steps is given");
@@ -152,24 +152,24 @@ pub(crate) fn stream<S: Solved>(
     request::verify(problem, times, options)?;
     let Some(&from) = times.first() else { return Ok(()) };
     let mut solution = Solution::empty(problem.system.signature(), 0);
-    let directions = Some(Directions::new(problem.system));
+    let directions = Some(SensitivityWorkspace::new(problem.system));
     let mut simulation = Simulation::new(problem, options, from, directions);
     simulation.start(&mut solution)?;
-    let count = Count::new(per_sample, options.method.name);
-    let task = Streamed::<S, WithSensitivities<S>, _>::new(&simulation, times, count, sink);
+    let count = StepCount::new(per_sample, options.method.name);
+    let task = StreamedRun::<S, WithSensitivities<S>, _>::new(&simulation, times, count, sink);
     dispatch(problem.system, options.method.kind, options.rtol, task)
 }
 
 /// Work to do with a method that makes steps of a given size.
-trait Task<S: Solved, C: Carried<S>> {
+trait FixedStepTask<S: SolvableSystem, C: CarriedState<S>> {
     type Done;
 
-    fn with<M: FixedStep<S, C>>(self, method: M) -> Self::Done;
+    fn run_with<M: FixedStep<S, C>>(self, method: M) -> Self::Done;
 }
 
 /// Does a task with the method of this kind; [`verify`] has checked that there is one.
 #[inline(always)]
-fn dispatch<S: Solved, C: Carried<S>, T: Task<S, C>>(
+fn dispatch<S: SolvableSystem, C: CarriedState<S>, T: FixedStepTask<S, C>>(
     system: &S,
     kind: MethodKind,
     rtol: f64,
@@ -178,10 +178,10 @@ fn dispatch<S: Solved, C: Carried<S>, T: Task<S, C>>(
     match kind {
         MethodKind::Explicit(RungeKuttaTableau {
             equal_steps: Some(EqualSteps::Tsit5), ..
-        }) => task.with(Tsit5::new(system)),
+        }) => task.run_with(FixedTsit5::new(system)),
         MethodKind::Taylor(asked) => {
             let n_s = if C::HAS_SENSITIVITIES { system.signature().directions.len() } else { 0 };
-            task.with(Taylor::new(system, order(asked, rtol), n_s))
+            task.run_with(FixedTaylor::new(system, order(asked, rtol), n_s))
         }
         _ => unreachable!("only methods that make equal steps get here"),
     }
@@ -189,25 +189,25 @@ fn dispatch<S: Solved, C: Carried<S>, T: Task<S, C>>(
 
 /// Whether [`sweep`] is the loop for this kind of method.
 fn is_swept(kind: MethodKind) -> bool {
-    kind.traits().solves != Solves::Linear
+    kind.traits().solves != EndEquations::Linear
 }
 
 /// A run with a given number of steps, into a sink.
-struct Streamed<'a, S: Solved, C, K> {
+struct StreamedRun<'a, S: SolvableSystem, C, K> {
     problem: Problem<'a, S>,
     times: &'a [f64],
     max_steps: usize,
-    watched: Option<&'static Watched>,
-    count: Count,
+    watched: Option<&'static RunMonitor>,
+    count: StepCount,
     start: C,
     sink: &'a mut K,
 }
 
-impl<'a, S: Solved, C: Carried<S>, K: Sink> Streamed<'a, S, C, K> {
+impl<'a, S: SolvableSystem, C: CarriedState<S>, K: SampleSink> StreamedRun<'a, S, C, K> {
     fn new(
         simulation: &Simulation<'a, S>,
         times: &'a [f64],
-        count: Count,
+        count: StepCount,
         sink: &'a mut K,
     ) -> Self {
         let Simulation { problem, max_steps, watched, .. } = *simulation;
@@ -216,14 +216,16 @@ impl<'a, S: Solved, C: Carried<S>, K: Sink> Streamed<'a, S, C, K> {
     }
 }
 
-impl<S: Solved, C: Carried<S>, K: Sink> Task<S, C> for Streamed<'_, S, C, K> {
+impl<S: SolvableSystem, C: CarriedState<S>, K: SampleSink> FixedStepTask<S, C>
+    for StreamedRun<'_, S, C, K>
+{
     type Done = Result<(), IntegrateError>;
 
-    fn with<M: FixedStep<S, C>>(self, mut method: M) -> Self::Done {
+    fn run_with<M: FixedStep<S, C>>(self, mut method: M) -> Self::Done {
         let Self { problem, times, max_steps, watched, mut count, mut start, sink } = self;
         let Problem { system, p, inputs, .. } = problem;
-        let grid = Grid::new(sample_interval(inputs, times), count.n);
-        let course = Course { system, p, inputs, times, grid, max_steps, watched };
+        let grid = StepGrid::new(sample_interval(inputs, times), count.n);
+        let course = RunSchedule { system, p, inputs, times, grid, max_steps, watched };
         match sweep(&course, &mut method, &mut start, None, sink) {
             Ok(_) => Ok(()),
             Err(stopped) => stopped.into_error(max_steps, |t| count.refuse(t)),
@@ -232,35 +234,35 @@ impl<S: Solved, C: Carried<S>, K: Sink> Task<S, C> for Streamed<'_, S, C, K> {
 }
 
 /// A run to all requested times into a solution; if the number of steps is to be found, first over the beginning.
-struct WholeRun<'a, S: Solved, C> {
+struct WholeRun<'a, S: SolvableSystem, C> {
     problem: Problem<'a, S>,
     times: &'a [f64],
     max_steps: usize,
-    watched: Option<&'static Watched>,
-    count: Count,
+    watched: Option<&'static RunMonitor>,
+    count: StepCount,
     start: C,
-    gauge: Gauge<C>,
+    gauge: ErrorGauge<C>,
     solution: &'a mut Solution,
 }
 
-impl<'a, S: Solved, C: Carried<S>> WholeRun<'a, S, C> {
+impl<'a, S: SolvableSystem, C: CarriedState<S>> WholeRun<'a, S, C> {
     fn new(
         simulation: &Simulation<'a, S>,
         times: &'a [f64],
-        count: Count,
+        count: StepCount,
         solution: &'a mut Solution,
     ) -> Self {
         let (start, sizes) = started(simulation);
-        let gauge = Gauge::new(simulation.tolerances, sizes);
+        let gauge = ErrorGauge::new(simulation.tolerances, sizes);
         let Simulation { problem, max_steps, watched, .. } = *simulation;
         Self { problem: *problem, times, max_steps, watched, count, start, gauge, solution }
     }
 }
 
-impl<S: Solved, C: Carried<S>> Task<S, C> for WholeRun<'_, S, C> {
+impl<S: SolvableSystem, C: CarriedState<S>> FixedStepTask<S, C> for WholeRun<'_, S, C> {
     type Done = Result<(), IntegrateError>;
 
-    fn with<M: FixedStep<S, C>>(self, mut method: M) -> Self::Done {
+    fn run_with<M: FixedStep<S, C>>(self, mut method: M) -> Self::Done {
         let Self { problem, times, max_steps, watched, mut count, start, mut gauge, solution } =
             self;
         let Problem { system, p, inputs, .. } = problem;
@@ -271,9 +273,10 @@ impl<S: Solved, C: Carried<S>> Task<S, C> for WholeRun<'_, S, C> {
             solution.statistics.per_sample = count.n;
             gauge.reset();
             let gauged = if count.is_open() { Some(&mut gauge) } else { None };
-            let grid = Grid::new(interval, count.n);
+            let grid = StepGrid::new(interval, count.n);
             let times_now = &times[..rows];
-            let course = Course { system, p, inputs, times: times_now, grid, max_steps, watched };
+            let course =
+                RunSchedule { system, p, inputs, times: times_now, grid, max_steps, watched };
             let mut now = start.clone();
             match sweep(&course, &mut method, &mut now, gauged, solution) {
                 Ok(steps) => {
@@ -294,7 +297,7 @@ impl<S: Solved, C: Carried<S>> Task<S, C> for WholeRun<'_, S, C> {
 }
 
 /// The numbers that a run advances, at its start, and their sizes.
-fn started<S: Solved, C: Carried<S>>(simulation: &Simulation<'_, S>) -> (C, C) {
+fn started<S: SolvableSystem, C: CarriedState<S>>(simulation: &Simulation<'_, S>) -> (C, C) {
     let system = simulation.problem.system;
     let (mut start, mut sizes) = (C::zeros(system), C::zeros(system));
     let directions = simulation.directions.as_ref();
@@ -305,7 +308,7 @@ fn started<S: Solved, C: Carried<S>>(simulation: &Simulation<'_, S>) -> (C, C) {
     (start, sizes)
 }
 
-impl Sink for Solution {
+impl SampleSink for Solution {
     #[inline(always)]
     fn take(&mut self, t: f64, _segment: Segment<'_>, y: &[f64], s: &[f64]) {
         self.times.push(t);
@@ -315,9 +318,9 @@ impl Sink for Solution {
 }
 
 /// A sink that stores nothing.
-struct Nothing;
+struct DiscardingSink;
 
-impl Sink for Nothing {
+impl SampleSink for DiscardingSink {
     #[inline(always)]
     fn take(&mut self, _t: f64, _segment: Segment<'_>, _y: &[f64], _s: &[f64]) {}
 }

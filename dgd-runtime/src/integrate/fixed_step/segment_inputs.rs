@@ -20,7 +20,7 @@ impl<'a> SegmentInputs<'a> {
 
     /// u(t), which is written to `now` if inputs change.
     #[inline(always)]
-    pub(crate) fn at<'b>(&self, t: f64, now: &'b mut [f64]) -> &'b [f64]
+    pub(crate) fn evaluate<'b>(&self, t: f64, now: &'b mut [f64]) -> &'b [f64]
     where
         'a: 'b,
     {

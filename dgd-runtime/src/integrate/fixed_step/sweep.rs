@@ -12,77 +12,77 @@
 // Lengths are constants if storage has a fixed size, but only after inlining.
 #![allow(clippy::inline_always)]
 
-use super::carried::Carried;
-use super::choice::Measured;
-use super::grid::Grid;
-use super::method::{Equations, FixedStep, Made};
+use super::carried::CarriedState;
+use super::choice::RunErrors;
+use super::grid::StepGrid;
+use super::method::{FixedStep, LastStep, SegmentModel};
 use super::segment_inputs::SegmentInputs;
 use crate::error::IntegrateError;
-use crate::integrate::watched::Watched;
+use crate::integrate::watched::RunMonitor;
 use crate::linalg::norm::Tolerances;
 use crate::linalg::norm::larger;
-use crate::signal::{Inputs, Segment, Side};
-use crate::solved::Solved;
+use crate::signal::{Inputs, LimitSide, Segment};
+use crate::solved::SolvableSystem;
 
 /// The problem and the times of a run.
-pub(crate) struct Course<'a, S> {
+pub(crate) struct RunSchedule<'a, S> {
     pub(crate) system: &'a S,
     pub(crate) p: &'a [f64],
     pub(crate) inputs: &'a Inputs,
     /// Requested times, ascending, at least one.
     pub(crate) times: &'a [f64],
-    pub(crate) grid: Grid,
+    pub(crate) grid: StepGrid,
     pub(crate) max_steps: usize,
-    pub(crate) watched: Option<&'static Watched>,
+    pub(crate) watched: Option<&'static RunMonitor>,
 }
 
-impl<S> Course<'_, S> {
+impl<S> RunSchedule<'_, S> {
     /// Number of input segments in the run, including one that begins at its end.
     pub(crate) fn segments(&self) -> usize {
-        let last = self.inputs.segment_at(self.times[self.times.len() - 1], Side::Right);
-        last + 1 - self.inputs.segment_at(self.times[0], Side::Right)
+        let last = self.inputs.segment_at(self.times[self.times.len() - 1], LimitSide::Right);
+        last + 1 - self.inputs.segment_at(self.times[0], LimitSide::Right)
     }
 }
 
 /// Receives values at the requested times.
-pub(crate) trait Sink {
+pub(crate) trait SampleSink {
     /// y and S at the next requested time, with the inputs of the segment that follows it or, on the left side of a
     /// jump, that ends there.
     fn take(&mut self, t: f64, segment: Segment<'_>, y: &[f64], s: &[f64]);
 }
 
 /// Measures errors.
-pub(crate) struct Gauge<C> {
+pub(crate) struct ErrorGauge<C> {
     tolerances: Tolerances,
     sizes: C,
     error: C,
-    measured: Measured,
+    measured: RunErrors,
 }
 
-impl<C: Clone> Gauge<C> {
+impl<C: Clone> ErrorGauge<C> {
     pub(crate) fn new(tolerances: Tolerances, sizes: C) -> Self {
         let error = sizes.clone();
-        Self { tolerances, sizes, error, measured: Measured { largest: 0.0, stiffness: 0.0 } }
+        Self { tolerances, sizes, error, measured: RunErrors { largest: 0.0, stiffness: 0.0 } }
     }
 
     /// Resets the measurement.
     pub(crate) fn reset(&mut self) {
-        self.measured = Measured { largest: 0.0, stiffness: 0.0 };
+        self.measured = RunErrors { largest: 0.0, stiffness: 0.0 };
     }
 
     /// The result of the measurement.
-    pub(crate) fn measured(&self) -> Measured {
+    pub(crate) fn measured(&self) -> RunErrors {
         self.measured
     }
 
     #[inline(always)]
-    fn measure<S: Solved, M: FixedStep<S, C>>(
+    fn measure<S: SolvableSystem, M: FixedStep<S, C>>(
         &mut self,
         method: &mut M,
-        equations: Equations<'_, S>,
-        made: Made<'_, C>,
+        equations: SegmentModel<'_, S>,
+        made: LastStep<'_, C>,
     ) where
-        C: Carried<S>,
+        C: CarriedState<S>,
     {
         let stiffness = method.estimate(equations, made, &mut self.error);
         let error = self.error.error_norm(self.tolerances, made.from, made.to, &self.sizes);
@@ -93,7 +93,7 @@ impl<C: Clone> Gauge<C> {
 
 /// Why a run stopped.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) enum Stopped {
+pub(crate) enum RunStop {
     /// The limit on the number of steps was reached.
     TooMany { t: f64 },
     /// The caller asked it to stop.
@@ -102,7 +102,7 @@ pub(crate) enum Stopped {
     NotFinite { t: f64 },
 }
 
-impl Stopped {
+impl RunStop {
     /// The error for reaching `max_steps` or being stopped; a non-finite step is converted by the caller.
     pub(crate) fn into_error<T>(
         self,
@@ -121,22 +121,22 @@ impl Stopped {
 ///
 /// If the run stops early, `now` holds the last values reached.
 #[inline(always)]
-pub(crate) fn sweep<S: Solved, C: Carried<S>, M: FixedStep<S, C>>(
-    course: &Course<'_, S>,
+pub(crate) fn sweep<S: SolvableSystem, C: CarriedState<S>, M: FixedStep<S, C>>(
+    course: &RunSchedule<'_, S>,
     method: &mut M,
     now: &mut C,
-    mut gauge: Option<&mut Gauge<C>>,
-    sink: &mut impl Sink,
-) -> Result<usize, Stopped> {
-    let Course { system, p, inputs, times, grid, max_steps, watched } = *course;
+    mut gauge: Option<&mut ErrorGauge<C>>,
+    sink: &mut impl SampleSink,
+) -> Result<usize, RunStop> {
+    let RunSchedule { system, p, inputs, times, grid, max_steps, watched } = *course;
     let (mut t, until) = (times[0], times[times.len() - 1]);
     let mut next = now.clone();
     let mut row = now.clone();
     let (mut asked, mut steps) = (0, 0);
-    let mut index = inputs.segment_at(t, Side::Right);
+    let mut index = inputs.segment_at(t, LimitSide::Right);
     loop {
         let segment = inputs.segment(index);
-        let equations = Equations { system, p, inputs: SegmentInputs::new(segment) };
+        let equations = SegmentModel { system, p, inputs: SegmentInputs::new(segment) };
         method.enter();
         while asked < times.len() && times[asked] == t {
             sink.take(t, segment, now.y(), now.s());
@@ -150,20 +150,20 @@ pub(crate) fn sweep<S: Solved, C: Carried<S>, M: FixedStep<S, C>>(
         let count = grid.steps(end - begin);
         steps += count;
         if steps > max_steps {
-            return Err(Stopped::TooMany { t });
+            return Err(RunStop::TooMany { t });
         }
         let h = (end - begin) / count as f64;
         for k in 1..=count {
             if watched.is_some_and(|watched| watched.passes(t).is_err()) {
-                return Err(Stopped::Asked { t });
+                return Err(RunStop::Asked { t });
             }
             method.step(equations, t, h, now, &mut next);
-            let made = Made { t, h, from: &*now, to: &next };
+            let made = LastStep { t, h, from: &*now, to: &next };
             if let Some(gauge) = &mut gauge {
                 gauge.measure(method, equations, made);
             }
             if !next.is_finite() {
-                return Err(Stopped::NotFinite { t });
+                return Err(RunStop::NotFinite { t });
             }
             let t_new = if k == count { end } else { begin + k as f64 * h };
             while asked < times.len() && times[asked] < t_new {

@@ -7,13 +7,13 @@
 // Lengths are constants if storage has a fixed size, but only after inlining.
 #![allow(clippy::inline_always)]
 
-use super::carried::Carried;
-use super::method::{Equations, FixedStep, Made};
+use super::carried::CarriedState;
+use super::method::{FixedStep, LastStep, SegmentModel};
 use crate::integrate::methods::tableaux::MAX_STAGES;
 use crate::integrate::methods::tableaux::RungeKuttaTableau;
 use crate::integrate::methods::tableaux::TSIT5;
-use crate::solved::Solved;
-use crate::system::{Point, Storage};
+use crate::solved::SolvableSystem;
+use crate::system::{EvaluationPoint, Storage};
 
 const TABLEAU: &RungeKuttaTableau = &TSIT5;
 
@@ -32,7 +32,7 @@ const ERROR: [f64; MAX_STAGES] = {
 const ROUNDING: f64 = 1e-9;
 
 /// Work space of the method.
-pub(crate) struct Tsit5<S: Solved, C> {
+pub(crate) struct FixedTsit5<S: SolvableSystem, C> {
     /// Inputs of a stage, if they change.
     u: S::Inputs,
     k: [C; 7],
@@ -41,7 +41,7 @@ pub(crate) struct Tsit5<S: Solved, C> {
     has_end: bool,
 }
 
-impl<S: Solved, C: Carried<S>> Tsit5<S, C> {
+impl<S: SolvableSystem, C: CarriedState<S>> FixedTsit5<S, C> {
     /// Work space for a model.
     pub(crate) fn new(system: &S) -> Self {
         Self {
@@ -54,25 +54,27 @@ impl<S: Solved, C: Carried<S>> Tsit5<S, C> {
 
     /// kᵢ = F(t + cᵢ h, x + h Σⱼ aᵢⱼ kⱼ).
     #[inline(always)]
-    fn stage<const I: usize>(&mut self, equations: Equations<'_, S>, t: f64, h: f64, now: &C) {
+    fn stage<const I: usize>(&mut self, equations: SegmentModel<'_, S>, t: f64, h: f64, now: &C) {
         now.advanced::<I>(h, &TABLEAU.a[I], &self.k, &mut self.stage);
-        let Equations { system, p, inputs } = equations;
+        let SegmentModel { system, p, inputs } = equations;
         let t = t + TABLEAU.c[I] * h;
-        let point = Point { t, y: &[], u: inputs.at(t, self.u.as_mut()), p, z: &[] };
+        let point =
+            EvaluationPoint { t, y: &[], u: inputs.evaluate(t, self.u.as_mut()), p, z: &[] };
         self.stage.slopes(system, point, &mut self.k[I]);
     }
 
     /// Sets one of the `k` to the slope at `x`.
     #[inline(always)]
-    fn slopes<const I: usize>(&mut self, equations: Equations<'_, S>, t: f64, x: &C) {
-        let Equations { system, p, inputs } = equations;
-        let point = Point { t, y: &[], u: inputs.at(t, self.u.as_mut()), p, z: &[] };
+    fn slopes<const I: usize>(&mut self, equations: SegmentModel<'_, S>, t: f64, x: &C) {
+        let SegmentModel { system, p, inputs } = equations;
+        let point =
+            EvaluationPoint { t, y: &[], u: inputs.evaluate(t, self.u.as_mut()), p, z: &[] };
         x.slopes(system, point, &mut self.k[I]);
     }
 
     /// The seventh stage.
     #[inline(always)]
-    fn end(&mut self, equations: Equations<'_, S>, made: Made<'_, C>) {
+    fn end(&mut self, equations: SegmentModel<'_, S>, made: LastStep<'_, C>) {
         if !self.has_end {
             self.slopes::<6>(equations, made.t + made.h, made.to);
             self.has_end = true;
@@ -80,7 +82,7 @@ impl<S: Solved, C: Carried<S>> Tsit5<S, C> {
     }
 }
 
-impl<S: Solved, C: Carried<S>> FixedStep<S, C> for Tsit5<S, C> {
+impl<S: SolvableSystem, C: CarriedState<S>> FixedStep<S, C> for FixedTsit5<S, C> {
     const EVALUATIONS: usize = TABLEAU.stages() - 1;
 
     fn exponent(&self) -> u32 {
@@ -93,7 +95,7 @@ impl<S: Solved, C: Carried<S>> FixedStep<S, C> for Tsit5<S, C> {
     }
 
     #[inline(always)]
-    fn step(&mut self, equations: Equations<'_, S>, t: f64, h: f64, now: &C, next: &mut C) {
+    fn step(&mut self, equations: SegmentModel<'_, S>, t: f64, h: f64, now: &C, next: &mut C) {
         if self.has_end {
             self.k.swap(0, 6);
             self.has_end = false;
@@ -109,7 +111,12 @@ impl<S: Solved, C: Carried<S>> FixedStep<S, C> for Tsit5<S, C> {
     }
 
     #[inline(always)]
-    fn estimate(&mut self, equations: Equations<'_, S>, made: Made<'_, C>, error: &mut C) -> f64 {
+    fn estimate(
+        &mut self,
+        equations: SegmentModel<'_, S>,
+        made: LastStep<'_, C>,
+        error: &mut C,
+    ) -> f64 {
         self.end(equations, made);
         C::weighted::<7>(made.h, &ERROR, &self.k, error);
         // The last two stages are at the same time: h |λ| ≈ h ‖k₇ − k₆‖ / ‖Y₇ − Y₆‖.
@@ -125,8 +132,8 @@ impl<S: Solved, C: Carried<S>> FixedStep<S, C> for Tsit5<S, C> {
 
     fn interpolate(
         &mut self,
-        equations: Equations<'_, S>,
-        made: Made<'_, C>,
+        equations: SegmentModel<'_, S>,
+        made: LastStep<'_, C>,
         theta: f64,
         out: &mut C,
     ) {

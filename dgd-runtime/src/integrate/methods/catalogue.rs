@@ -4,8 +4,8 @@ use std::fmt;
 
 use crate::codegen::taylor::MOST_ORDER;
 use crate::error::IntegrateError;
-use crate::integrate::controller::Law;
-use crate::integrate::methods::family::{Family, Traits, by_family};
+use crate::integrate::controller::ControlLaw;
+use crate::integrate::methods::family::{FamilyTraits, MethodFamily, by_family};
 use crate::integrate::methods::multistep::MAX_ORDER;
 use crate::integrate::methods::tableaux::RosenbrockTableau;
 use crate::integrate::methods::tableaux::RungeKuttaTableau;
@@ -13,7 +13,7 @@ use crate::integrate::methods::tableaux::{KENCARP4, RODAS4, RODAS5P, TSIT5};
 use crate::integrate::methods::taylor;
 use crate::linalg::AutoLu;
 use crate::problem::Problem;
-use crate::solved::Solved;
+use crate::solved::SolvableSystem;
 use crate::system::Signature;
 
 /// An integration method.
@@ -58,17 +58,17 @@ impl MethodKind {
     }
 
     /// The properties of its family.
-    pub(crate) fn traits(self) -> Traits {
+    pub(crate) fn traits(self) -> FamilyTraits {
         by_family!(self, |family| traits_of(family))
     }
 
     /// How steps are controlled.
-    pub(crate) fn law(self) -> Law {
+    pub(crate) fn law(self) -> ControlLaw {
         by_family!(self, |family| law_of(family))
     }
 
     /// Checks that the method of this name can solve a problem.
-    pub(crate) fn verify<S: Solved>(
+    pub(crate) fn verify<S: SolvableSystem>(
         self,
         problem: &Problem<'_, S>,
         name: &'static str,
@@ -77,11 +77,11 @@ impl MethodKind {
     }
 }
 
-fn traits_of<F: Family>(_: F) -> Traits {
+fn traits_of<F: MethodFamily>(_: F) -> FamilyTraits {
     F::TRAITS
 }
 
-fn law_of<F: Family>(_: F) -> Law {
+fn law_of<F: MethodFamily>(_: F) -> ControlLaw {
     F::LAW
 }
 

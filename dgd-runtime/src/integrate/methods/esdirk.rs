@@ -8,15 +8,17 @@
 //! kᵢ is computed from the difference rather than from f, so that algebraic unknowns have slopes like the others, and
 //! residuals of Newton's method are not multiplied by the rates of a stiff model. All stages share a matrix.
 
-use crate::integrate::controller::Law;
-use crate::integrate::drive::Drive;
-use crate::integrate::enclosure::Coefficients;
-use crate::integrate::methods::family::{Family, Needs, Remembers, Solves, Traits};
-use crate::integrate::methods::stepper::{Directions, Failed, Stepper, Trial};
+use crate::integrate::controller::ControlLaw;
+use crate::integrate::drive::InputCursor;
+use crate::integrate::enclosure::PolynomialCoefficients;
+use crate::integrate::methods::family::{
+    EndEquations, FamilyMemory, FamilyNeeds, FamilyTraits, MethodFamily,
+};
+use crate::integrate::methods::stepper::{SensitivityWorkspace, StepFailure, StepTrial, Stepper};
 use crate::integrate::methods::tableaux::MAX_STAGES;
 use crate::integrate::methods::tableaux::{RungeKuttaTableau, extrapolate};
 use crate::solution::Statistics;
-use crate::solved::Solved;
+use crate::solved::SolvableSystem;
 
 /// Maximum number of Newton iterations for a stage.
 const MOST_ITERATIONS: i32 = 7;
@@ -25,76 +27,85 @@ const MOST_ITERATIONS: i32 = 7;
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Esdirk(pub(crate) &'static RungeKuttaTableau);
 
-impl Family for Esdirk {
-    const TRAITS: Traits =
-        Traits { needs: Needs::Jacobian, remembers: Remembers::Slope, solves: Solves::Nonlinear };
-    const LAW: Law = Law::Predictive;
+impl MethodFamily for Esdirk {
+    const TRAITS: FamilyTraits = FamilyTraits {
+        needs: FamilyNeeds::Jacobian,
+        remembers: FamilyMemory::Slope,
+        solves: EndEquations::Nonlinear,
+    };
+    const LAW: ControlLaw = ControlLaw::Predictive;
 
     fn estimate_order(self, _rtol: f64) -> u32 {
         self.0.estimate_order
     }
 
     #[inline]
-    fn attempt<S: Solved>(
+    fn attempt<S: SolvableSystem>(
         self,
         stepper: &mut Stepper<S>,
-        trial: Trial<'_, S>,
-        drive: &mut Drive<S>,
-        directions: Option<&mut Directions<S>>,
+        trial: StepTrial<'_, S>,
+        drive: &mut InputCursor<S>,
+        directions: Option<&mut SensitivityWorkspace<S>>,
         statistics: &mut Statistics,
-    ) -> Result<(), Failed> {
+    ) -> Result<(), StepFailure> {
         stepper.attempt_esdirk(self.0, trial, drive, directions, statistics)
     }
 
     #[inline]
-    fn advance<S: Solved>(
+    fn advance<S: SolvableSystem>(
         self,
         stepper: &mut Stepper<S>,
         _h: f64,
         mass: &S::Vector,
-        directions: Option<&mut Directions<S>>,
+        directions: Option<&mut SensitivityWorkspace<S>>,
     ) {
         stepper.advance_slopes(self.0, mass, directions);
     }
 
     #[inline]
-    fn interpolate<S: Solved>(self, stepper: &Stepper<S>, theta: f64, y: &[f64], out: &mut [f64]) {
+    fn interpolate<S: SolvableSystem>(
+        self,
+        stepper: &Stepper<S>,
+        theta: f64,
+        y: &[f64],
+        out: &mut [f64],
+    ) {
         self.0.interpolate(theta, stepper.h, y, &stepper.k, out);
     }
 
-    fn polynomial<S: Solved>(
+    fn polynomial<S: SolvableSystem>(
         self,
         stepper: &Stepper<S>,
         i: usize,
         y: f64,
-        out: &mut Coefficients,
+        out: &mut PolynomialCoefficients,
     ) -> usize {
         self.0.polynomial(i, stepper.h, y, &stepper.k, out)
     }
 
     #[inline]
-    fn interpolate_sensitivities<S: Solved>(
+    fn interpolate_sensitivities<S: SolvableSystem>(
         self,
         stepper: &Stepper<S>,
         theta: f64,
-        directions: &Directions<S>,
+        directions: &SensitivityWorkspace<S>,
         out: &mut [f64],
     ) {
         self.0.interpolate(theta, stepper.h, directions.s.as_ref(), &directions.v, out);
     }
 }
 
-impl<S: Solved> Stepper<S> {
+impl<S: SolvableSystem> Stepper<S> {
     /// Tries a step; J is known at its start.
     fn attempt_esdirk(
         &mut self,
         tableau: &RungeKuttaTableau,
-        trial: Trial<'_, S>,
-        drive: &mut Drive<S>,
-        mut directions: Option<&mut Directions<S>>,
+        trial: StepTrial<'_, S>,
+        drive: &mut InputCursor<S>,
+        mut directions: Option<&mut SensitivityWorkspace<S>>,
         statistics: &mut Statistics,
-    ) -> Result<(), Failed> {
-        let Trial { base, y, h, .. } = trial;
+    ) -> Result<(), StepFailure> {
+        let StepTrial { base, y, h, .. } = trial;
         let y = y.as_ref();
         let c = 1.0 / (h * tableau.gamma);
         self.factorise_iteration(&trial, c, statistics)?;

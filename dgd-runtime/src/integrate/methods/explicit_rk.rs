@@ -14,16 +14,20 @@
 //!
 //! Hairer and Wanner, Solving Ordinary Differential Equations II, 2nd ed. (1996), §IV.2.
 
-use crate::integrate::controller::Law;
-use crate::integrate::drive::Drive;
-use crate::integrate::enclosure::Coefficients;
-use crate::integrate::methods::family::{Family, Needs, Remembers, Solves, Traits};
+use crate::integrate::controller::ControlLaw;
+use crate::integrate::drive::InputCursor;
+use crate::integrate::enclosure::PolynomialCoefficients;
+use crate::integrate::methods::family::{
+    EndEquations, FamilyMemory, FamilyNeeds, FamilyTraits, MethodFamily,
+};
 use crate::integrate::methods::non_finite::NonFinite;
-use crate::integrate::methods::stepper::{Base, Directions, Failed, Stepper, Trial};
+use crate::integrate::methods::stepper::{
+    SensitivityWorkspace, StepBase, StepFailure, StepTrial, Stepper,
+};
 use crate::integrate::methods::tableaux::{RungeKuttaTableau, extrapolate};
 use crate::solution::Statistics;
-use crate::solved::Solved;
-use crate::system::Point;
+use crate::solved::SolvableSystem;
+use crate::system::EvaluationPoint;
 
 /// Number of steps at the stability limit after which the model counts as stiff.
 const STIFF: u32 = 15;
@@ -34,88 +38,97 @@ const NOT_STIFF: u32 = 6;
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct ExplicitRungeKutta(pub(crate) &'static RungeKuttaTableau);
 
-impl Family for ExplicitRungeKutta {
-    const TRAITS: Traits =
-        Traits { needs: Needs::Nothing, remembers: Remembers::Slope, solves: Solves::Nothing };
-    const LAW: Law = Law::ProportionalIntegral { beta: 0.04 };
+impl MethodFamily for ExplicitRungeKutta {
+    const TRAITS: FamilyTraits = FamilyTraits {
+        needs: FamilyNeeds::Nothing,
+        remembers: FamilyMemory::Slope,
+        solves: EndEquations::Nothing,
+    };
+    const LAW: ControlLaw = ControlLaw::ProportionalIntegral { beta: 0.04 };
 
     fn estimate_order(self, _rtol: f64) -> u32 {
         self.0.estimate_order
     }
 
     #[inline]
-    fn attempt<S: Solved>(
+    fn attempt<S: SolvableSystem>(
         self,
         stepper: &mut Stepper<S>,
-        trial: Trial<'_, S>,
-        drive: &mut Drive<S>,
-        directions: Option<&mut Directions<S>>,
+        trial: StepTrial<'_, S>,
+        drive: &mut InputCursor<S>,
+        directions: Option<&mut SensitivityWorkspace<S>>,
         statistics: &mut Statistics,
-    ) -> Result<(), Failed> {
+    ) -> Result<(), StepFailure> {
         stepper.attempt_explicit(self.0, trial, drive, directions, statistics);
         Ok(())
     }
 
     #[inline]
-    fn advance<S: Solved>(
+    fn advance<S: SolvableSystem>(
         self,
         stepper: &mut Stepper<S>,
         h: f64,
         mass: &S::Vector,
-        directions: Option<&mut Directions<S>>,
+        directions: Option<&mut SensitivityWorkspace<S>>,
     ) {
         stepper.note_stiffness(self.0, h);
         stepper.advance_slopes(self.0, mass, directions);
     }
 
-    fn non_finite<S: Solved>(
+    fn non_finite<S: SolvableSystem>(
         self,
         stepper: &mut Stepper<S>,
-        trial: Trial<'_, S>,
-        _drive: &mut Drive<S>,
-        directions: Option<&mut Directions<S>>,
+        trial: StepTrial<'_, S>,
+        _drive: &mut InputCursor<S>,
+        directions: Option<&mut SensitivityWorkspace<S>>,
     ) -> Option<(f64, NonFinite)> {
         stepper.non_finite_slope(self.0, trial, directions.as_deref())
     }
 
     #[inline]
-    fn interpolate<S: Solved>(self, stepper: &Stepper<S>, theta: f64, y: &[f64], out: &mut [f64]) {
+    fn interpolate<S: SolvableSystem>(
+        self,
+        stepper: &Stepper<S>,
+        theta: f64,
+        y: &[f64],
+        out: &mut [f64],
+    ) {
         self.0.interpolate(theta, stepper.h, y, &stepper.k, out);
     }
 
-    fn polynomial<S: Solved>(
+    fn polynomial<S: SolvableSystem>(
         self,
         stepper: &Stepper<S>,
         i: usize,
         y: f64,
-        out: &mut Coefficients,
+        out: &mut PolynomialCoefficients,
     ) -> usize {
         self.0.polynomial(i, stepper.h, y, &stepper.k, out)
     }
 
     #[inline]
-    fn interpolate_sensitivities<S: Solved>(
+    fn interpolate_sensitivities<S: SolvableSystem>(
         self,
         stepper: &Stepper<S>,
         theta: f64,
-        directions: &Directions<S>,
+        directions: &SensitivityWorkspace<S>,
         out: &mut [f64],
     ) {
         self.0.interpolate(theta, stepper.h, directions.s.as_ref(), &directions.v, out);
     }
 }
 
-impl<S: Solved> Stepper<S> {
+impl<S: SolvableSystem> Stepper<S> {
     /// Tries a step.
     fn attempt_explicit(
         &mut self,
         tableau: &RungeKuttaTableau,
-        trial: Trial<'_, S>,
-        drive: &mut Drive<S>,
-        mut directions: Option<&mut Directions<S>>,
+        trial: StepTrial<'_, S>,
+        drive: &mut InputCursor<S>,
+        mut directions: Option<&mut SensitivityWorkspace<S>>,
         statistics: &mut Statistics,
     ) {
-        let Trial { base: Base { system, p, z, t, .. }, y, h, .. } = trial;
+        let StepTrial { base: StepBase { system, p, z, t, .. }, y, h, .. } = trial;
         let y = y.as_ref();
         let last = tableau.stages() - 1;
         for i in 1..=last {
@@ -123,7 +136,13 @@ impl<S: Solved> Stepper<S> {
             let stage = if i == last { &mut self.y_new } else { &mut self.stage };
             extrapolate(y, h, earlier, &tableau.a[i], stage.as_mut());
             let t = t + tableau.c[i] * h;
-            let point = Point { t, y: stage.as_ref(), u: drive.at(t, stage.as_ref()), p, z };
+            let point = EvaluationPoint {
+                t,
+                y: stage.as_ref(),
+                u: drive.evaluate(t, stage.as_ref()),
+                p,
+                z,
+            };
             match &mut directions {
                 None => system.rhs(point, rest[0].as_mut()),
                 Some(d) => {
@@ -169,8 +188,8 @@ impl<S: Solved> Stepper<S> {
     fn non_finite_slope(
         &self,
         tableau: &RungeKuttaTableau,
-        trial: Trial<'_, S>,
-        directions: Option<&Directions<S>>,
+        trial: StepTrial<'_, S>,
+        directions: Option<&SensitivityWorkspace<S>>,
     ) -> Option<(f64, NonFinite)> {
         let n = trial.y.as_ref().len();
         let bad = |values: &[f64]| values.iter().position(|value| !value.is_finite());

@@ -1,7 +1,7 @@
 //! The trait of families of methods, and the only place that distinguishes them.
 //!
 //! Families differ in their needs at the start of a step, in their memory of the previous one, and in the equations
-//! that they solve for its end ([`Traits`]):
+//! that they solve for its end ([`FamilyTraits`]):
 //!
 //! | family | needs at (t, y) | remembers from step to step | equations |
 //! |---|---|---|---|
@@ -12,19 +12,19 @@
 //! | Taylor series | the series | nothing | none |
 
 use crate::error::IntegrateError;
-use crate::integrate::controller::{Controller, Law};
-use crate::integrate::drive::Drive;
-use crate::integrate::enclosure::Coefficients;
+use crate::integrate::controller::{ControlLaw, Controller};
+use crate::integrate::drive::InputCursor;
+use crate::integrate::enclosure::PolynomialCoefficients;
 use crate::integrate::methods::non_finite::NonFinite;
-use crate::integrate::methods::stepper::{Directions, Failed, Stepper, Trial};
+use crate::integrate::methods::stepper::{SensitivityWorkspace, StepFailure, StepTrial, Stepper};
 use crate::linalg::norm::{Tolerances, larger, largest_block};
 use crate::problem::Problem;
 use crate::solution::Statistics;
-use crate::solved::Solved;
+use crate::solved::SolvableSystem;
 
 /// The needs of a family at the start of a step.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum Needs {
+pub(crate) enum FamilyNeeds {
     /// Nothing but its memory.
     Nothing,
     /// J.
@@ -37,7 +37,7 @@ pub(crate) enum Needs {
 
 /// The memory of a family of the previous step.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum Remembers {
+pub(crate) enum FamilyMemory {
     /// Nothing.
     Nothing,
     /// The slope at its end.
@@ -48,7 +48,7 @@ pub(crate) enum Remembers {
 
 /// Equations that a family solves for the end of a step.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum Solves {
+pub(crate) enum EndEquations {
     /// None: the method is explicit.
     Nothing,
     /// Linear ones.
@@ -59,58 +59,58 @@ pub(crate) enum Solves {
 
 /// The properties of a family.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) struct Traits {
-    pub(crate) needs: Needs,
-    pub(crate) remembers: Remembers,
-    pub(crate) solves: Solves,
+pub(crate) struct FamilyTraits {
+    pub(crate) needs: FamilyNeeds,
+    pub(crate) remembers: FamilyMemory,
+    pub(crate) solves: EndEquations,
 }
 
-impl Traits {
+impl FamilyTraits {
     /// Whether it needs slopes at the start of a solution.
     #[inline]
     pub(crate) fn wants_slopes(self) -> bool {
-        self.remembers != Remembers::Nothing
+        self.remembers != FamilyMemory::Nothing
     }
 
     /// Whether a step needs a linearisation at (t, y).
     #[inline]
     pub(crate) fn wants_jacobian(self) -> bool {
-        matches!(self.needs, Needs::Jacobian | Needs::AllDerivatives)
+        matches!(self.needs, FamilyNeeds::Jacobian | FamilyNeeds::AllDerivatives)
     }
 
     /// Whether the linearisation includes df/dt and the sensitivity equations.
     #[inline]
     pub(crate) fn wants_all_derivatives(self) -> bool {
-        self.needs == Needs::AllDerivatives
+        self.needs == FamilyNeeds::AllDerivatives
     }
 
     /// Whether a step needs the series at (t, y).
     #[inline]
     pub(crate) fn wants_series(self) -> bool {
-        self.needs == Needs::Series
+        self.needs == FamilyNeeds::Series
     }
 
     #[inline]
     pub(crate) fn is_multistep(self) -> bool {
-        self.remembers == Remembers::Differences
+        self.remembers == FamilyMemory::Differences
     }
 
     /// Whether equations are solved by iteration.
     #[inline]
     pub(crate) fn solves_equations(self) -> bool {
-        self.solves == Solves::Nonlinear
+        self.solves == EndEquations::Nonlinear
     }
 
     /// Whether equations are solved at all, so that models may be stiff and have algebraic unknowns.
     #[inline]
     pub(crate) fn is_implicit(self) -> bool {
-        self.solves != Solves::Nothing
+        self.solves != EndEquations::Nothing
     }
 }
 
 /// A step that has been judged.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Judged {
+pub(crate) struct JudgedStep {
     /// Its size.
     pub(crate) h: f64,
     /// The square of its error in units of the tolerance; NaN if it could not be evaluated.
@@ -118,16 +118,20 @@ pub(crate) struct Judged {
 }
 
 /// The scale of errors: values at the end of the step, and tolerances.
-pub(crate) struct Scale<'a, S: Solved> {
+pub(crate) struct ErrorScale<'a, S: SolvableSystem> {
     pub(crate) tolerances: Tolerances,
     pub(crate) y: &'a [f64],
     pub(crate) sizes: &'a [f64],
-    pub(crate) directions: Option<&'a Directions<S>>,
+    pub(crate) directions: Option<&'a SensitivityWorkspace<S>>,
 }
 
-impl<S: Solved> Scale<'_, S> {
+impl<S: SolvableSystem> ErrorScale<'_, S> {
     /// The squared error of y, and of each block of S, in units of the tolerance; the largest.
-    pub(super) fn square(&self, e: &[f64], of_s: impl Fn(&Directions<S>) -> &[f64]) -> f64 {
+    pub(super) fn square(
+        &self,
+        e: &[f64],
+        of_s: impl Fn(&SensitivityWorkspace<S>) -> &[f64],
+    ) -> f64 {
         let error = self.tolerances.mean_square(e, self.y, self.y, self.sizes);
         let Some(d) = self.directions else { return error };
         let (n, s) = (self.y.len().max(1), d.s.as_ref());
@@ -136,17 +140,17 @@ impl<S: Solved> Scale<'_, S> {
 }
 
 /// A family of methods, with the coefficients of one of them.
-pub(crate) trait Family: Copy {
-    const TRAITS: Traits;
+pub(crate) trait MethodFamily: Copy {
+    const TRAITS: FamilyTraits;
 
     /// How steps are controlled.
-    const LAW: Law;
+    const LAW: ControlLaw;
 
     /// Order of the solution to which error estimates belong, at the start.
     fn estimate_order(self, rtol: f64) -> u32;
 
     /// Checks that the method can solve a problem.
-    fn verify<S: Solved>(
+    fn verify<S: SolvableSystem>(
         self,
         _problem: &Problem<'_, S>,
         _name: &'static str,
@@ -155,60 +159,67 @@ pub(crate) trait Family: Copy {
     }
 
     /// Allocates work space that only some families need.
-    fn lay_out<S: Solved>(self, _stepper: &mut Stepper<S>, _system: &S, _rtol: f64, _n_s: usize) {}
+    fn lay_out<S: SolvableSystem>(
+        self,
+        _stepper: &mut Stepper<S>,
+        _system: &S,
+        _rtol: f64,
+        _n_s: usize,
+    ) {
+    }
 
     /// Tries a step; leaves y⁺ in `y_new` and S⁺ in `s_new`.
-    fn attempt<S: Solved>(
+    fn attempt<S: SolvableSystem>(
         self,
         stepper: &mut Stepper<S>,
-        trial: Trial<'_, S>,
-        drive: &mut Drive<S>,
-        directions: Option<&mut Directions<S>>,
+        trial: StepTrial<'_, S>,
+        drive: &mut InputCursor<S>,
+        directions: Option<&mut SensitivityWorkspace<S>>,
         statistics: &mut Statistics,
-    ) -> Result<(), Failed>;
+    ) -> Result<(), StepFailure>;
 
     /// Records that the last tried step, of size h, is accepted.
     #[inline]
-    fn advance<S: Solved>(
+    fn advance<S: SolvableSystem>(
         self,
         _stepper: &mut Stepper<S>,
         _h: f64,
         _mass: &S::Vector,
-        _directions: Option<&mut Directions<S>>,
+        _directions: Option<&mut SensitivityWorkspace<S>>,
     ) {
     }
 
     /// Local error of the last tried step.
     #[inline]
-    fn local_error<S: Solved>(self, stepper: &Stepper<S>) -> &[f64] {
+    fn local_error<S: SolvableSystem>(self, stepper: &Stepper<S>) -> &[f64] {
         stepper.error.as_ref()
     }
 
     /// Local error of the sensitivities of the last tried step.
     #[inline]
-    fn sensitivity_error<S: Solved>(self, directions: &Directions<S>) -> &[f64] {
+    fn sensitivity_error<S: SolvableSystem>(self, directions: &SensitivityWorkspace<S>) -> &[f64] {
         directions.error.as_ref()
     }
 
     /// The first evaluation of the last tried step that is not finite, and its time; `None` if the family reports it
     /// itself.
-    fn non_finite<S: Solved>(
+    fn non_finite<S: SolvableSystem>(
         self,
         _stepper: &mut Stepper<S>,
-        _trial: Trial<'_, S>,
-        _drive: &mut Drive<S>,
-        _directions: Option<&mut Directions<S>>,
+        _trial: StepTrial<'_, S>,
+        _drive: &mut InputCursor<S>,
+        _directions: Option<&mut SensitivityWorkspace<S>>,
     ) -> Option<(f64, NonFinite)> {
         None
     }
 
     /// Chooses the next step after an accepted one.
     #[inline]
-    fn adapt_to_acceptance<S: Solved>(
+    fn adapt_to_acceptance<S: SolvableSystem>(
         self,
         _stepper: &mut Stepper<S>,
-        judged: Judged,
-        _scale: &Scale<'_, S>,
+        judged: JudgedStep,
+        _scale: &ErrorScale<'_, S>,
         controller: &mut Controller,
     ) {
         controller.accept(judged.h, judged.error);
@@ -216,10 +227,10 @@ pub(crate) trait Family: Copy {
 
     /// Chooses the next step after a rejected one. Returns whether (t, y) itself may be the cause, rather than the step
     /// size or the memory.
-    fn adapt_to_rejection<S: Solved>(
+    fn adapt_to_rejection<S: SolvableSystem>(
         self,
         _stepper: &mut Stepper<S>,
-        judged: Judged,
+        judged: JudgedStep,
         controller: &mut Controller,
     ) -> bool {
         if judged.error.is_finite() {
@@ -230,43 +241,49 @@ pub(crate) trait Family: Copy {
         true
     }
 
-    /// Prepares [`Family::interpolate`] for the last tried step.
+    /// Prepares [`MethodFamily::interpolate`] for the last tried step.
     #[inline]
-    fn prepare_dense<S: Solved>(
+    fn prepare_dense<S: SolvableSystem>(
         self,
         _stepper: &mut Stepper<S>,
         _y: &[f64],
-        _directions: Option<&mut Directions<S>>,
+        _directions: Option<&mut SensitivityWorkspace<S>>,
     ) {
     }
 
     /// y at the fraction θ of the last tried step.
-    fn interpolate<S: Solved>(self, stepper: &Stepper<S>, theta: f64, y: &[f64], out: &mut [f64]);
+    fn interpolate<S: SolvableSystem>(
+        self,
+        stepper: &Stepper<S>,
+        theta: f64,
+        y: &[f64],
+        out: &mut [f64],
+    );
 
     /// The same for the i-th unknown, as coefficients in powers of θ. Returns their number.
-    fn polynomial<S: Solved>(
+    fn polynomial<S: SolvableSystem>(
         self,
         stepper: &Stepper<S>,
         i: usize,
         y: f64,
-        out: &mut Coefficients,
+        out: &mut PolynomialCoefficients,
     ) -> usize;
 
     /// S at the fraction θ of the last tried step.
-    fn interpolate_sensitivities<S: Solved>(
+    fn interpolate_sensitivities<S: SolvableSystem>(
         self,
         stepper: &Stepper<S>,
         theta: f64,
-        directions: &Directions<S>,
+        directions: &SensitivityWorkspace<S>,
         out: &mut [f64],
     );
 
     /// Appends y at each requested time within the last tried step.
     #[inline]
-    fn interpolate_all<S: Solved>(
+    fn interpolate_all<S: SolvableSystem>(
         self,
         stepper: &Stepper<S>,
-        asked: Asked<'_>,
+        asked: RequestedTimes<'_>,
         y: &S::Vector,
         row: &mut S::Vector,
         out: &mut Vec<f64>,
@@ -279,11 +296,11 @@ pub(crate) trait Family: Copy {
 
     /// Appends S at each requested time within the last tried step.
     #[inline]
-    fn interpolate_all_sensitivities<S: Solved>(
+    fn interpolate_all_sensitivities<S: SolvableSystem>(
         self,
         stepper: &Stepper<S>,
-        asked: Asked<'_>,
-        directions: &Directions<S>,
+        asked: RequestedTimes<'_>,
+        directions: &SensitivityWorkspace<S>,
         row: &mut S::Sensitivity,
         out: &mut Vec<f64>,
     ) {
@@ -294,7 +311,7 @@ pub(crate) trait Family: Copy {
     }
 
     /// Appends y at the fraction θ of the last tried step, for `chosen` unknowns only.
-    fn interpolate_chosen<S: Solved>(
+    fn interpolate_chosen<S: SolvableSystem>(
         self,
         stepper: &mut Stepper<S>,
         theta: f64,
@@ -311,14 +328,14 @@ pub(crate) trait Family: Copy {
 
 /// Requested times within a step.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Asked<'a> {
+pub(crate) struct RequestedTimes<'a> {
     /// Start of the step, and 1/h.
     pub(super) from: f64,
     pub(super) per_h: f64,
     pub(super) times: &'a [f64],
 }
 
-impl<'a> Asked<'a> {
+impl<'a> RequestedTimes<'a> {
     pub(crate) fn new(from: f64, to: f64, times: &'a [f64]) -> Self {
         Self { from, per_h: 1.0 / (to - from), times }
     }
@@ -351,7 +368,7 @@ macro_rules! by_family {
                 $body
             }
             $crate::integrate::methods::catalogue::MethodKind::Taylor(order) => {
-                let $family = $crate::integrate::methods::taylor::Taylor { order };
+                let $family = $crate::integrate::methods::taylor::TaylorMethod { order };
                 $body
             }
         }

@@ -18,15 +18,15 @@
 //! after the unknowns: Caracotsios and Stewart, Computers & Chemical Engineering 9 (1985) 359–365.
 
 use crate::algebraic::{self, add_terms};
-use crate::integrate::drive::Drive;
+use crate::integrate::drive::InputCursor;
 use crate::integrate::methods::non_finite::NonFinite;
-use crate::integrate::methods::stepper::{Directions, Failed, Stepper, Trial};
+use crate::integrate::methods::stepper::{SensitivityWorkspace, StepFailure, StepTrial, Stepper};
 use crate::linalg::norm::Tolerances;
 use crate::linalg::norm::largest_block;
 use crate::linalg::{Factorisation, KeptSum, Singular};
 use crate::solution::Statistics;
-use crate::solved::Solved;
-use crate::system::{Pattern, Point};
+use crate::solved::SolvableSystem;
+use crate::system::{EvaluationPoint, Pattern};
 
 /// Maximum number of iterations for linear equations, with a matrix that may be from an earlier step.
 const MOST_LINEAR_ITERATIONS: i32 = 10;
@@ -50,7 +50,7 @@ struct Convergence {
 
 /// Verdict on a correction.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Progress {
+enum CorrectionVerdict {
     Converged,
     GoOn,
     Diverges,
@@ -69,7 +69,7 @@ impl Convergence {
     }
 
     /// Judges a correction of this size, in units of the tolerance.
-    fn judge(&mut self, norm: f64) -> Progress {
+    fn judge(&mut self, norm: f64) -> CorrectionVerdict {
         self.left -= 1;
         let mut shrinks = true;
         if self.previous.is_finite() {
@@ -80,25 +80,25 @@ impl Convergence {
         }
         self.previous = norm;
         if norm == 0.0 || self.eta * norm <= self.target {
-            Progress::Converged
+            CorrectionVerdict::Converged
         } else if norm.is_finite() && shrinks && self.left > 0 {
-            Progress::GoOn
+            CorrectionVerdict::GoOn
         } else if norm <= ROUNDING {
-            Progress::Converged
+            CorrectionVerdict::Converged
         } else {
-            Progress::Diverges
+            CorrectionVerdict::Diverges
         }
     }
 }
 
-impl<S: Solved> Stepper<S> {
+impl<S: SolvableSystem> Stepper<S> {
     /// Factorises W = c M − J with J as it is.
     pub(in crate::integrate) fn factorise_iteration(
         &mut self,
-        trial: &Trial<'_, S>,
+        trial: &StepTrial<'_, S>,
         c: f64,
         statistics: &mut Statistics,
-    ) -> Result<(), Failed> {
+    ) -> Result<(), StepFailure> {
         let mass = trial.base.mass.as_ref();
         let pattern = &trial.base.system.signature().jacobian;
         statistics.factorisations += 1;
@@ -110,41 +110,42 @@ impl<S: Solved> Stepper<S> {
     /// Computes J at (t, y_new), if f is finite there.
     pub(in crate::integrate) fn renew_jacobian(
         &mut self,
-        trial: &Trial<'_, S>,
-        drive: &mut Drive<S>,
+        trial: &StepTrial<'_, S>,
+        drive: &mut InputCursor<S>,
         t: f64,
         statistics: &mut Statistics,
-    ) -> Result<(), Failed> {
+    ) -> Result<(), StepFailure> {
         let (u, udot) = drive.with_slope(t, self.y_new.as_ref());
-        let point = Point { t, y: self.y_new.as_ref(), u, p: trial.base.p, z: trial.base.z };
+        let point =
+            EvaluationPoint { t, y: self.y_new.as_ref(), u, p: trial.base.p, z: trial.base.z };
         let (f, jacobian, dfdt) = (self.f.as_mut(), self.jacobian.as_mut(), self.dfdt.as_mut());
         trial.base.system.linearize(point, udot, f, jacobian, dfdt);
         statistics.linearizations += 1;
         self.moved = true;
         match f.iter().position(|f| !f.is_finite()) {
             None => Ok(()),
-            Some(row) => Err(Failed::NotFinite { t, what: NonFinite::Equation(row) }),
+            Some(row) => Err(StepFailure::NotFinite { t, what: NonFinite::Equation(row) }),
         }
     }
 
     /// Solves for Y in `y_new`, which holds a guess, with Ȳ in `stage`, in at most `most` iterations.
     pub(in crate::integrate) fn solve_unknowns(
         &mut self,
-        trial: &Trial<'_, S>,
-        drive: &mut Drive<S>,
+        trial: &StepTrial<'_, S>,
+        drive: &mut InputCursor<S>,
         t: f64,
         c: f64,
         most: i32,
         statistics: &mut Statistics,
-    ) -> Result<(), Failed> {
-        let Trial { base, y, sizes, tolerances, .. } = *trial;
+    ) -> Result<(), StepFailure> {
+        let StepTrial { base, y, sizes, tolerances, .. } = *trial;
         let y = y.as_ref();
         let mut convergence = Convergence::new(tolerances, self.eta, most);
         loop {
-            let point = Point {
+            let point = EvaluationPoint {
                 t,
                 y: self.y_new.as_ref(),
-                u: drive.at(t, self.y_new.as_ref()),
+                u: drive.evaluate(t, self.y_new.as_ref()),
                 p: base.p,
                 z: base.z,
             };
@@ -152,7 +153,7 @@ impl<S: Solved> Stepper<S> {
             base.system.rhs(point, r);
             statistics.evaluations += 1;
             if let Some(row) = r.iter().position(|r| !r.is_finite()) {
-                return Err(Failed::NotFinite { t, what: NonFinite::Equation(row) });
+                return Err(StepFailure::NotFinite { t, what: NonFinite::Equation(row) });
             }
             subtract(r, c, base.mass.as_ref(), self.y_new.as_ref(), self.stage.as_ref());
             if S::FEATURES.conserved && self.keeps_sums {
@@ -161,19 +162,19 @@ impl<S: Solved> Stepper<S> {
             self.factorisation.solve(r);
             let norm = tolerances.mean_square(r, y, self.y_new.as_ref(), sizes).sqrt();
             let progress = convergence.judge(norm);
-            if progress == Progress::Diverges {
+            if progress == CorrectionVerdict::Diverges {
                 let relative = |i: usize| r[i].abs() / tolerances.weight(y[i], sizes[i]);
                 let unknown =
                     (0..y.len()).max_by(|&i, &j| relative(i).total_cmp(&relative(j))).unwrap_or(0);
                 if self.is_solved(trial, drive, t, c, statistics) {
                     return Ok(());
                 }
-                return Err(Failed::NotConverged { unknown });
+                return Err(StepFailure::NotConverged { unknown });
             }
             for (y_new, r) in self.y_new.as_mut().iter_mut().zip(r) {
                 *y_new += *r;
             }
-            if progress == Progress::Converged {
+            if progress == CorrectionVerdict::Converged {
                 self.eta = convergence.eta;
                 return Ok(());
             }
@@ -185,16 +186,17 @@ impl<S: Solved> Stepper<S> {
     #[cold]
     fn is_solved(
         &mut self,
-        trial: &Trial<'_, S>,
-        drive: &mut Drive<S>,
+        trial: &StepTrial<'_, S>,
+        drive: &mut InputCursor<S>,
         t: f64,
         c: f64,
         statistics: &mut Statistics,
     ) -> bool {
-        let Trial { base, .. } = *trial;
+        let StepTrial { base, .. } = *trial;
         let (y, known, mass) = (self.y_new.as_ref(), self.stage.as_ref(), base.mass.as_ref());
         let (left, terms) = (self.rhs.as_mut(), self.error.as_mut());
-        base.system.rhs(Point { t, y, u: drive.at(t, y), p: base.p, z: base.z }, left);
+        base.system
+            .rhs(EvaluationPoint { t, y, u: drive.evaluate(t, y), p: base.p, z: base.z }, left);
         statistics.evaluations += 1;
         subtract(left, c, mass, y, known);
         for (((terms, mass), y), known) in terms.iter_mut().zip(mass).zip(y).zip(known) {
@@ -207,15 +209,15 @@ impl<S: Solved> Stepper<S> {
     /// Solves for S in `s_new`, which holds a guess, with S̄ in `stage` and Y in `y_new`.
     pub(in crate::integrate) fn solve_sensitivities(
         &mut self,
-        trial: &Trial<'_, S>,
-        drive: &mut Drive<S>,
+        trial: &StepTrial<'_, S>,
+        drive: &mut InputCursor<S>,
         t: f64,
         c: f64,
-        d: &mut Directions<S>,
+        d: &mut SensitivityWorkspace<S>,
         statistics: &mut Statistics,
-    ) -> Result<(), Failed> {
+    ) -> Result<(), StepFailure> {
         let mut outcome = self.iterate_sensitivities(trial, drive, t, c, d, statistics);
-        if let Err(Failed::NotConverged { .. }) = outcome {
+        if let Err(StepFailure::NotConverged { .. }) = outcome {
             self.renew_jacobian(trial, drive, t, statistics)?;
             self.factorise_iteration(trial, c, statistics)?;
             outcome = self.iterate_sensitivities(trial, drive, t, c, d, statistics);
@@ -225,22 +227,22 @@ impl<S: Solved> Stepper<S> {
 
     fn iterate_sensitivities(
         &mut self,
-        trial: &Trial<'_, S>,
-        drive: &mut Drive<S>,
+        trial: &StepTrial<'_, S>,
+        drive: &mut InputCursor<S>,
         t: f64,
         c: f64,
-        d: &mut Directions<S>,
+        d: &mut SensitivityWorkspace<S>,
         statistics: &mut Statistics,
-    ) -> Result<(), Failed> {
-        let Trial { base, tolerances, y, .. } = *trial;
+    ) -> Result<(), StepFailure> {
+        let StepTrial { base, tolerances, y, .. } = *trial;
         let y = y.as_ref();
         let n = y.len().max(1);
         let mut convergence = Convergence::new(tolerances, 1.0, MOST_LINEAR_ITERATIONS);
         loop {
-            let point = Point {
+            let point = EvaluationPoint {
                 t,
                 y: self.y_new.as_ref(),
-                u: drive.at(t, self.y_new.as_ref()),
+                u: drive.evaluate(t, self.y_new.as_ref()),
                 p: base.p,
                 z: base.z,
             };
@@ -248,7 +250,7 @@ impl<S: Solved> Stepper<S> {
             base.system.sensitivity_rhs(point, d.s_new.as_ref(), self.rhs.as_mut(), r);
             statistics.evaluations += 1;
             if let Some(row) = r.iter().position(|r| !r.is_finite()) {
-                return Err(Failed::NotFinite { t, what: NonFinite::Derivative(row % n) });
+                return Err(StepFailure::NotFinite { t, what: NonFinite::Derivative(row % n) });
             }
             let columns = r.chunks_exact_mut(n).zip(d.s_new.as_ref().chunks_exact(n));
             for ((r, s), known) in columns.zip(d.stage.as_ref().chunks_exact(n)) {
@@ -261,16 +263,16 @@ impl<S: Solved> Stepper<S> {
             let (s, s_new) = (d.s.as_ref(), d.s_new.as_ref());
             let norm = largest_block(tolerances, n, r, s, s_new, d.sizes.as_ref()).sqrt();
             let progress = convergence.judge(norm);
-            if progress == Progress::Diverges {
+            if progress == CorrectionVerdict::Diverges {
                 let sizes = d.sizes.as_ref();
                 let relative = |i: usize| r[i].abs() / tolerances.weight(s[i], sizes[i]);
                 let worst = (0..r.len()).max_by(|&i, &j| relative(i).total_cmp(&relative(j)));
-                return Err(Failed::NotConverged { unknown: worst.unwrap_or(0) % n });
+                return Err(StepFailure::NotConverged { unknown: worst.unwrap_or(0) % n });
             }
             for (s_new, r) in d.s_new.as_mut().iter_mut().zip(r) {
                 *s_new += *r;
             }
-            if progress == Progress::Converged {
+            if progress == CorrectionVerdict::Converged {
                 return Ok(());
             }
         }
@@ -284,10 +286,10 @@ pub(in crate::integrate) fn failed(
     t: f64,
     pattern: &Pattern,
     jacobian: &[f64],
-) -> Failed {
+) -> StepFailure {
     match jacobian.iter().position(|j| !j.is_finite()) {
         None => singular.into(),
-        Some(k) => Failed::NotFinite { t, what: NonFinite::Derivative(pattern.position(k).0) },
+        Some(k) => StepFailure::NotFinite { t, what: NonFinite::Derivative(pattern.position(k).0) },
     }
 }
 

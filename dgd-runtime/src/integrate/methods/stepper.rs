@@ -6,25 +6,27 @@
 //! Remembered values are valid only along a smooth solution: [`Stepper::restart`] discards them.
 
 use crate::integrate::controller::Controller;
-use crate::integrate::drive::Drive;
-use crate::integrate::enclosure::Coefficients;
+use crate::integrate::drive::InputCursor;
+use crate::integrate::enclosure::PolynomialCoefficients;
 use crate::integrate::methods::catalogue::MethodKind;
-use crate::integrate::methods::family::{Asked, Family, Judged, Scale, Traits, by_family};
-use crate::integrate::methods::multistep::History;
+use crate::integrate::methods::family::{
+    ErrorScale, FamilyTraits, JudgedStep, MethodFamily, RequestedTimes, by_family,
+};
+use crate::integrate::methods::multistep::BdfHistory;
 use crate::integrate::methods::non_finite::NonFinite;
 use crate::integrate::methods::tableaux::{MAX_STAGES, RungeKuttaTableau};
-use crate::integrate::methods::taylor::Expansion;
+use crate::integrate::methods::taylor::TaylorExpansion;
 use crate::linalg::norm::Tolerances;
 use crate::linalg::{Factorisation, KeptSum, Singular};
 use crate::solution::Statistics;
-use crate::solved::Solved;
-use crate::system::{Pattern, Point, Storage};
+use crate::solved::SolvableSystem;
+use crate::system::{EvaluationPoint, Pattern, Storage};
 
 /// Work space of the unknowns.
 #[allow(clippy::struct_excessive_bools)] // Flags are independent of each other.
-pub(crate) struct Stepper<S: Solved> {
+pub(crate) struct Stepper<S: SolvableSystem> {
     kind: MethodKind,
-    pub(crate) traits: Traits,
+    pub(crate) traits: FamilyTraits,
     pub(in crate::integrate) factorisation: S::Factorisation,
     /// f, ∂f/∂y and df/dt at the start of the step, those that the family needs.
     pub(crate) f: S::Vector,
@@ -52,16 +54,16 @@ pub(crate) struct Stepper<S: Solved> {
     pub(in crate::integrate) eta: f64,
     /// Number of steps in a row limited by stability, and of those since then that were not.
     pub(in crate::integrate) stiff_steps: (u32, u32),
-    pub(in crate::integrate) history: History,
+    pub(in crate::integrate) history: BdfHistory,
     /// Sums that the equations conserve, and whether the factors have their rows.
     pub(in crate::integrate) sums: Vec<KeptSum>,
     pub(in crate::integrate) keeps_sums: bool,
     /// Taylor series at the start of the step.
-    pub(in crate::integrate) expansion: Expansion,
+    pub(in crate::integrate) expansion: TaylorExpansion,
 }
 
 /// Work space of the sensitivities.
-pub(crate) struct Directions<S: Solved> {
+pub(crate) struct SensitivityWorkspace<S: SolvableSystem> {
     /// S at the start of the step.
     pub(crate) s: S::Sensitivity,
     pub(crate) s_new: S::Sensitivity,
@@ -79,7 +81,7 @@ pub(crate) struct Directions<S: Solved> {
     pub(super) dense: [S::Sensitivity; 4],
 }
 
-impl<S: Solved> Directions<S> {
+impl<S: SolvableSystem> SensitivityWorkspace<S> {
     pub(crate) fn new(system: &S) -> Self {
         let signature = system.signature();
         let len = signature.unknowns.len() * signature.directions.len();
@@ -101,7 +103,7 @@ impl<S: Solved> Directions<S> {
 }
 
 /// The start of a step.
-pub(crate) struct Base<'a, S: Solved> {
+pub(crate) struct StepBase<'a, S: SolvableSystem> {
     pub(crate) system: &'a S,
     pub(crate) p: &'a [f64],
     pub(crate) z: &'a [f64],
@@ -110,34 +112,34 @@ pub(crate) struct Base<'a, S: Solved> {
     pub(crate) t: f64,
 }
 
-impl<S: Solved> Clone for Base<'_, S> {
+impl<S: SolvableSystem> Clone for StepBase<'_, S> {
     fn clone(&self) -> Self {
         *self
     }
 }
 
-impl<S: Solved> Copy for Base<'_, S> {}
+impl<S: SolvableSystem> Copy for StepBase<'_, S> {}
 
 /// A step to try: from (t, y) by h, with the tolerances of its equations.
-pub(crate) struct Trial<'a, S: Solved> {
-    pub(crate) base: Base<'a, S>,
+pub(crate) struct StepTrial<'a, S: SolvableSystem> {
+    pub(crate) base: StepBase<'a, S>,
     pub(crate) y: &'a S::Vector,
     pub(crate) h: f64,
     pub(crate) sizes: &'a [f64],
     pub(crate) tolerances: Tolerances,
 }
 
-impl<S: Solved> Clone for Trial<'_, S> {
+impl<S: SolvableSystem> Clone for StepTrial<'_, S> {
     fn clone(&self) -> Self {
         *self
     }
 }
 
-impl<S: Solved> Copy for Trial<'_, S> {}
+impl<S: SolvableSystem> Copy for StepTrial<'_, S> {}
 
 /// Why a step failed.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) enum Failed {
+pub(crate) enum StepFailure {
     /// The matrix of the stages is singular.
     Singular { row: usize },
     /// Newton's method does not converge; the unknown has the largest correction relative to its size.
@@ -148,7 +150,7 @@ pub(crate) enum Failed {
     Unsettled,
 }
 
-impl From<Singular> for Failed {
+impl From<Singular> for StepFailure {
     fn from(Singular { row }: Singular) -> Self {
         Self::Singular { row }
     }
@@ -156,12 +158,12 @@ impl From<Singular> for Failed {
 
 /// End of a step.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum At {
+pub(crate) enum StepEnd {
     Start,
     End,
 }
 
-impl<S: Solved> Stepper<S> {
+impl<S: SolvableSystem> Stepper<S> {
     pub(crate) fn new(system: &S, kind: MethodKind) -> Self {
         let signature = system.signature();
         let n = signature.unknowns.len();
@@ -185,10 +187,10 @@ impl<S: Solved> Stepper<S> {
             moved: false,
             eta: 1.0,
             stiff_steps: (0, 0),
-            history: History::default(),
+            history: BdfHistory::default(),
             sums: Vec::new(),
             keeps_sums: false,
-            expansion: Expansion::default(),
+            expansion: TaylorExpansion::default(),
         }
     }
 
@@ -233,20 +235,20 @@ impl<S: Solved> Stepper<S> {
     #[inline]
     pub(crate) fn linearize(
         &mut self,
-        base: Base<'_, S>,
-        drive: &mut Drive<S>,
+        base: StepBase<'_, S>,
+        drive: &mut InputCursor<S>,
         y: &[f64],
-        directions: Option<(&mut Directions<S>, At)>,
+        directions: Option<(&mut SensitivityWorkspace<S>, StepEnd)>,
     ) {
         let (u, udot) = drive.with_slope(base.t, y);
-        let point = Point { t: base.t, y, u, p: base.p, z: base.z };
+        let point = EvaluationPoint { t: base.t, y, u, p: base.p, z: base.z };
         let (f, jacobian, dfdt) = (self.f.as_mut(), self.jacobian.as_mut(), self.dfdt.as_mut());
         match directions {
             None => base.system.linearize(point, udot, f, jacobian, dfdt),
             Some((directions, place)) => {
                 let s = match place {
-                    At::Start => &directions.s,
-                    At::End => &directions.s_new,
+                    StepEnd::Start => &directions.s,
+                    StepEnd::End => &directions.s_new,
                 };
                 base.system.sensitivity_linearize(
                     point,
@@ -264,12 +266,12 @@ impl<S: Solved> Stepper<S> {
     }
 
     /// Uses the slopes in `f` and `g` of a solution that begins at (t, y), for one step of size h.
-    pub(crate) fn begin(&mut self, h: f64, directions: Option<&mut Directions<S>>) {
+    pub(crate) fn begin(&mut self, h: f64, directions: Option<&mut SensitivityWorkspace<S>>) {
         self.fresh = false;
         self.eta = 1.0;
         self.stiff_steps = (0, 0);
         let (slot, scale) = if self.traits.is_multistep() { (1, h) } else { (0, 1.0) };
-        self.history = History::beginning(h, self.history.is_resumed);
+        self.history = BdfHistory::beginning(h, self.history.is_resumed);
         let scaled = |out: &mut [f64], slopes: &[f64]| {
             for (out, slope) in out.iter_mut().zip(slopes) {
                 *out = scale * slope;
@@ -291,11 +293,11 @@ impl<S: Solved> Stepper<S> {
     #[inline]
     pub(crate) fn attempt(
         &mut self,
-        trial: Trial<'_, S>,
-        drive: &mut Drive<S>,
-        directions: Option<&mut Directions<S>>,
+        trial: StepTrial<'_, S>,
+        drive: &mut InputCursor<S>,
+        directions: Option<&mut SensitivityWorkspace<S>>,
         statistics: &mut Statistics,
-    ) -> Result<(), Failed> {
+    ) -> Result<(), StepFailure> {
         self.h = trial.h;
         self.is_cut = false;
         by_family!(self.kind, |family| family.attempt(self, trial, drive, directions, statistics))
@@ -307,7 +309,7 @@ impl<S: Solved> Stepper<S> {
         &mut self,
         h: f64,
         mass: &S::Vector,
-        directions: Option<&mut Directions<S>>,
+        directions: Option<&mut SensitivityWorkspace<S>>,
     ) {
         by_family!(self.kind, |family| family.advance(self, h, mass, directions));
     }
@@ -318,7 +320,7 @@ impl<S: Solved> Stepper<S> {
         &mut self,
         tableau: &RungeKuttaTableau,
         mass: &S::Vector,
-        directions: Option<&mut Directions<S>>,
+        directions: Option<&mut SensitivityWorkspace<S>>,
     ) {
         tableau.advance(mass.as_ref(), &mut self.k);
         if let Some(d) = directions {
@@ -330,8 +332,8 @@ impl<S: Solved> Stepper<S> {
     #[inline]
     pub(crate) fn adapt_to_acceptance(
         &mut self,
-        judged: Judged,
-        scale: &Scale<'_, S>,
+        judged: JudgedStep,
+        scale: &ErrorScale<'_, S>,
         controller: &mut Controller,
     ) {
         by_family!(self.kind, |family| family.adapt_to_acceptance(self, judged, scale, controller));
@@ -340,7 +342,7 @@ impl<S: Solved> Stepper<S> {
     /// Chooses the next step after a rejected one. Returns whether (t, y) itself may be the cause.
     pub(crate) fn adapt_to_rejection(
         &mut self,
-        judged: Judged,
+        judged: JudgedStep,
         controller: &mut Controller,
     ) -> bool {
         by_family!(self.kind, |family| family.adapt_to_rejection(self, judged, controller))
@@ -352,7 +354,7 @@ impl<S: Solved> Stepper<S> {
         &mut self,
         h: f64,
         y: &[f64],
-        directions: Option<&mut Directions<S>>,
+        directions: Option<&mut SensitivityWorkspace<S>>,
     ) {
         self.h = h;
         self.is_cut = true;
@@ -371,23 +373,30 @@ impl<S: Solved> Stepper<S> {
 
     /// Local error of the sensitivities of the last tried step.
     #[inline]
-    pub(crate) fn sensitivity_error<'a>(&self, directions: &'a Directions<S>) -> &'a [f64] {
+    pub(crate) fn sensitivity_error<'a>(
+        &self,
+        directions: &'a SensitivityWorkspace<S>,
+    ) -> &'a [f64] {
         by_family!(self.kind, |family| family.sensitivity_error(directions))
     }
 
     /// The first evaluation of the last tried step that is not finite, and its time.
     pub(crate) fn non_finite(
         &mut self,
-        trial: Trial<'_, S>,
-        drive: &mut Drive<S>,
-        directions: Option<&mut Directions<S>>,
+        trial: StepTrial<'_, S>,
+        drive: &mut InputCursor<S>,
+        directions: Option<&mut SensitivityWorkspace<S>>,
     ) -> Option<(f64, NonFinite)> {
         by_family!(self.kind, |family| family.non_finite(self, trial, drive, directions))
     }
 
     /// Prepares [`Stepper::interpolate`] for the last tried step.
     #[inline]
-    pub(crate) fn prepare_dense(&mut self, y: &[f64], directions: Option<&mut Directions<S>>) {
+    pub(crate) fn prepare_dense(
+        &mut self,
+        y: &[f64],
+        directions: Option<&mut SensitivityWorkspace<S>>,
+    ) {
         by_family!(self.kind, |family| family.prepare_dense(self, y, directions));
     }
 
@@ -398,7 +407,7 @@ impl<S: Solved> Stepper<S> {
     }
 
     /// The same for the i-th unknown, as coefficients in powers of θ. Returns their number.
-    pub(crate) fn polynomial(&self, i: usize, y: f64, out: &mut Coefficients) -> usize {
+    pub(crate) fn polynomial(&self, i: usize, y: f64, out: &mut PolynomialCoefficients) -> usize {
         by_family!(self.kind, |family| family.polynomial(self, i, y, out))
     }
 
@@ -407,7 +416,7 @@ impl<S: Solved> Stepper<S> {
     pub(crate) fn interpolate_sensitivities(
         &self,
         theta: f64,
-        directions: &Directions<S>,
+        directions: &SensitivityWorkspace<S>,
         out: &mut [f64],
     ) {
         by_family!(self.kind, |family| {
@@ -419,7 +428,7 @@ impl<S: Solved> Stepper<S> {
     #[inline]
     pub(crate) fn interpolate_all(
         &self,
-        asked: Asked<'_>,
+        asked: RequestedTimes<'_>,
         y: &S::Vector,
         row: &mut S::Vector,
         out: &mut Vec<f64>,
@@ -431,8 +440,8 @@ impl<S: Solved> Stepper<S> {
     #[inline]
     pub(crate) fn interpolate_all_sensitivities(
         &self,
-        asked: Asked<'_>,
-        directions: &Directions<S>,
+        asked: RequestedTimes<'_>,
+        directions: &SensitivityWorkspace<S>,
         row: &mut S::Sensitivity,
         out: &mut Vec<f64>,
     ) {

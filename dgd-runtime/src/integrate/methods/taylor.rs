@@ -27,19 +27,23 @@
 // Lengths are constants if storage has a fixed size, but only after inlining.
 #![allow(clippy::inline_always)]
 
-use crate::codegen::taylor::{MOST_ORDER, Terms};
+use crate::codegen::taylor::{MOST_ORDER, SeriesTerms};
 use crate::error::IntegrateError;
-use crate::integrate::controller::Law;
-use crate::integrate::drive::Drive;
-use crate::integrate::enclosure::Coefficients;
-use crate::integrate::methods::family::{Family, Needs, Remembers, Solves, Traits};
+use crate::integrate::controller::ControlLaw;
+use crate::integrate::drive::InputCursor;
+use crate::integrate::enclosure::PolynomialCoefficients;
+use crate::integrate::methods::family::{
+    EndEquations, FamilyMemory, FamilyNeeds, FamilyTraits, MethodFamily,
+};
 use crate::integrate::methods::non_finite::NonFinite;
-use crate::integrate::methods::stepper::{Base, Directions, Failed, Stepper, Trial};
+use crate::integrate::methods::stepper::{
+    SensitivityWorkspace, StepBase, StepFailure, StepTrial, Stepper,
+};
 use crate::linalg::norm::larger;
 use crate::problem::Problem;
 use crate::solution::Statistics;
-use crate::solved::Solved;
-use crate::system::{Interpolation, Point};
+use crate::solved::SolvableSystem;
+use crate::system::{EvaluationPoint, Interpolation};
 
 /// The lowest order used for a tolerance.
 pub(crate) const LEAST_ORDER: usize = 2;
@@ -55,12 +59,12 @@ pub(crate) fn order(asked: Option<usize>, rtol: f64) -> usize {
 
 /// Series of a solution, and the work space to compute them.
 #[derive(Debug, Default)]
-pub(crate) struct Expansion {
+pub(crate) struct TaylorExpansion {
     order: usize,
     /// h₀.
     h: f64,
     has_branches: bool,
-    kept: Vec<Terms>,
+    kept: Vec<SeriesTerms>,
     /// yₖ, order by order.
     y: Vec<f64>,
     /// Sₖ, order by order, row by row.
@@ -75,9 +79,9 @@ pub(in crate::integrate) struct YAndS<'a> {
     pub(in crate::integrate) s: &'a mut [f64],
 }
 
-impl Expansion {
+impl TaylorExpansion {
     /// Work space for a system that has series, and for n_s directions.
-    pub(crate) fn new<S: Solved>(system: &S, order: usize, n_s: usize) -> Self {
+    pub(crate) fn new<S: SolvableSystem>(system: &S, order: usize, n_s: usize) -> Self {
         let Ok(kept) = system.taylor_series() else { return Self::default() };
         let n = system.signature().unknowns.len();
         Self {
@@ -112,10 +116,10 @@ impl Expansion {
     }
 
     /// Adds the defects of y⁺ and S⁺, at the end of a step by h₀θ, to their errors.
-    pub(in crate::integrate) fn add_defects<S: Solved>(
+    pub(in crate::integrate) fn add_defects<S: SolvableSystem>(
         &mut self,
         system: &S,
-        at: Point<'_>,
+        at: EvaluationPoint<'_>,
         theta: f64,
         s: &[f64],
         slopes: YAndS<'_>,
@@ -148,10 +152,10 @@ impl Expansion {
     /// Computes the series at a point, for steps of about the size h; S is that at the start, or empty if it is not
     /// wanted.
     #[inline(always)]
-    pub(in crate::integrate) fn compute<S: Solved>(
+    pub(in crate::integrate) fn compute<S: SolvableSystem>(
         &mut self,
         system: &S,
-        at: Point<'_>,
+        at: EvaluationPoint<'_>,
         udot: &[f64],
         h: f64,
         given: &[f64],
@@ -265,20 +269,23 @@ fn transpose(from: &[f64], n: usize, to: &mut [f64], m: usize) {
 
 /// Taylor series, of this order or, if `None`, of the one that suits the tolerance.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Taylor {
+pub(crate) struct TaylorMethod {
     pub(crate) order: Option<usize>,
 }
 
-impl Family for Taylor {
-    const TRAITS: Traits =
-        Traits { needs: Needs::Series, remembers: Remembers::Nothing, solves: Solves::Nothing };
-    const LAW: Law = Law::Predictive;
+impl MethodFamily for TaylorMethod {
+    const TRAITS: FamilyTraits = FamilyTraits {
+        needs: FamilyNeeds::Series,
+        remembers: FamilyMemory::Nothing,
+        solves: EndEquations::Nothing,
+    };
+    const LAW: ControlLaw = ControlLaw::Predictive;
 
     fn estimate_order(self, rtol: f64) -> u32 {
         order(self.order, rtol) as u32 - 1
     }
 
-    fn verify<S: Solved>(
+    fn verify<S: SolvableSystem>(
         self,
         problem: &Problem<'_, S>,
         name: &'static str,
@@ -286,46 +293,58 @@ impl Family for Taylor {
         verify(problem, name)
     }
 
-    fn lay_out<S: Solved>(self, stepper: &mut Stepper<S>, system: &S, rtol: f64, n_s: usize) {
-        stepper.expansion = Expansion::new(system, order(self.order, rtol), n_s);
+    fn lay_out<S: SolvableSystem>(
+        self,
+        stepper: &mut Stepper<S>,
+        system: &S,
+        rtol: f64,
+        n_s: usize,
+    ) {
+        stepper.expansion = TaylorExpansion::new(system, order(self.order, rtol), n_s);
     }
 
     #[inline]
-    fn attempt<S: Solved>(
+    fn attempt<S: SolvableSystem>(
         self,
         stepper: &mut Stepper<S>,
-        trial: Trial<'_, S>,
-        drive: &mut Drive<S>,
-        directions: Option<&mut Directions<S>>,
+        trial: StepTrial<'_, S>,
+        drive: &mut InputCursor<S>,
+        directions: Option<&mut SensitivityWorkspace<S>>,
         _statistics: &mut Statistics,
-    ) -> Result<(), Failed> {
+    ) -> Result<(), StepFailure> {
         stepper.attempt_taylor(trial, drive, directions);
         Ok(())
     }
 
-    fn non_finite<S: Solved>(
+    fn non_finite<S: SolvableSystem>(
         self,
         stepper: &mut Stepper<S>,
-        trial: Trial<'_, S>,
-        _drive: &mut Drive<S>,
-        _directions: Option<&mut Directions<S>>,
+        trial: StepTrial<'_, S>,
+        _drive: &mut InputCursor<S>,
+        _directions: Option<&mut SensitivityWorkspace<S>>,
     ) -> Option<(f64, NonFinite)> {
         stepper.non_finite_term(trial)
     }
 
     #[inline]
-    fn interpolate<S: Solved>(self, stepper: &Stepper<S>, theta: f64, y: &[f64], out: &mut [f64]) {
+    fn interpolate<S: SolvableSystem>(
+        self,
+        stepper: &Stepper<S>,
+        theta: f64,
+        y: &[f64],
+        out: &mut [f64],
+    ) {
         stepper.series_at(theta * stepper.h, y, out);
     }
 
-    fn polynomial<S: Solved>(
+    fn polynomial<S: SolvableSystem>(
         self,
         stepper: &Stepper<S>,
         i: usize,
         y: f64,
-        out: &mut Coefficients,
+        out: &mut PolynomialCoefficients,
     ) -> usize {
-        let Expansion { order, h: own, y: series, .. } = &stepper.expansion;
+        let TaylorExpansion { order, h: own, y: series, .. } = &stepper.expansion;
         let n = stepper.y_new.as_ref().len();
         let stretch = stepper.h / own;
         let mut power = 1.0;
@@ -338,30 +357,30 @@ impl Family for Taylor {
     }
 
     #[inline]
-    fn interpolate_sensitivities<S: Solved>(
+    fn interpolate_sensitivities<S: SolvableSystem>(
         self,
         stepper: &Stepper<S>,
         theta: f64,
-        directions: &Directions<S>,
+        directions: &SensitivityWorkspace<S>,
         out: &mut [f64],
     ) {
         stepper.sensitivity_series_at(theta * stepper.h, directions.s.as_ref(), out);
     }
 }
 
-impl<S: Solved> Stepper<S> {
+impl<S: SolvableSystem> Stepper<S> {
     /// Computes the series at (t, y).
     #[inline]
     pub(in crate::integrate) fn expand(
         &mut self,
-        base: Base<'_, S>,
-        drive: &mut Drive<S>,
+        base: StepBase<'_, S>,
+        drive: &mut InputCursor<S>,
         y: &[f64],
         h: f64,
-        directions: Option<&Directions<S>>,
+        directions: Option<&SensitivityWorkspace<S>>,
     ) {
         let (u, udot) = drive.with_slope(base.t, y);
-        let point = Point { t: base.t, y, u, p: base.p, z: base.z };
+        let point = EvaluationPoint { t: base.t, y, u, p: base.p, z: base.z };
         let s = directions.map_or(&[][..], |directions| directions.s.as_ref());
         self.expansion.compute(base.system, point, udot, h, s);
     }
@@ -370,9 +389,9 @@ impl<S: Solved> Stepper<S> {
     #[inline]
     fn attempt_taylor(
         &mut self,
-        trial: Trial<'_, S>,
-        drive: &mut Drive<S>,
-        directions: Option<&mut Directions<S>>,
+        trial: StepTrial<'_, S>,
+        drive: &mut InputCursor<S>,
+        directions: Option<&mut SensitivityWorkspace<S>>,
     ) {
         let Self { expansion, y_new, error, rhs, .. } = self;
         let theta = trial.h / expansion.h;
@@ -408,7 +427,7 @@ impl<S: Solved> Stepper<S> {
 
     /// S at a time h after the start of the last tried step.
     fn sensitivity_series_at(&self, h: f64, s: &[f64], out: &mut [f64]) {
-        let Expansion { order, h: own, s: series, .. } = &self.expansion;
+        let TaylorExpansion { order, h: own, s: series, .. } = &self.expansion;
         let n = self.y_new.as_ref().len().max(1);
         let (theta, n_s) = (h / own, s.len() / n);
         out.fill(0.0);
@@ -427,10 +446,10 @@ impl<S: Solved> Stepper<S> {
     }
 
     /// The first coefficient, or slope at the end of the step, that is not finite.
-    fn non_finite_term(&self, trial: Trial<'_, S>) -> Option<(f64, NonFinite)> {
+    fn non_finite_term(&self, trial: StepTrial<'_, S>) -> Option<(f64, NonFinite)> {
         let n = trial.y.as_ref().len().max(1);
         let bad = |numbers: &[f64]| numbers.iter().position(|number| !number.is_finite());
-        let Expansion { y, s, has_branches, .. } = &self.expansion;
+        let TaylorExpansion { y, s, has_branches, .. } = &self.expansion;
         let of_y = bad(y).map(|at| match at / n {
             0 | 1 => NonFinite::Equation(at % n),
             _ => NonFinite::Derivative(at % n),
@@ -447,14 +466,18 @@ impl<S: Solved> Stepper<S> {
 }
 
 /// The end of a step.
-fn end<'a, S: Solved>(trial: Trial<'a, S>, drive: &'a mut Drive<S>, y: &'a [f64]) -> Point<'a> {
-    let Base { p, z, t, .. } = trial.base;
+fn end<'a, S: SolvableSystem>(
+    trial: StepTrial<'a, S>,
+    drive: &'a mut InputCursor<S>,
+    y: &'a [f64],
+) -> EvaluationPoint<'a> {
+    let StepBase { p, z, t, .. } = trial.base;
     let t = t + trial.h;
-    Point { t, y, u: drive.at(t, y), p, z }
+    EvaluationPoint { t, y, u: drive.evaluate(t, y), p, z }
 }
 
 /// Checks that a problem can be solved with Taylor series.
-pub(crate) fn verify<S: Solved>(
+pub(crate) fn verify<S: SolvableSystem>(
     problem: &Problem<'_, S>,
     method: &'static str,
 ) -> Result<(), IntegrateError> {

@@ -3,10 +3,10 @@
 use crate::integrate::simulation::Simulation;
 use crate::problem::Problem;
 use crate::solution::Solution;
-use crate::solved::Solved;
-use crate::system::{Point, Storage};
+use crate::solved::SolvableSystem;
+use crate::system::{EvaluationPoint, Storage};
 
-impl<S: Solved> Simulation<'_, S> {
+impl<S: SolvableSystem> Simulation<'_, S> {
     /// Records `chosen` unknowns at times within the step to `t_new`, and `at_end` times at its end.
     pub(in crate::integrate) fn record_chosen(
         &mut self,
@@ -64,7 +64,10 @@ impl<S: Solved> Simulation<'_, S> {
         solution.y.extend(chosen.iter().map(|i| y[*i]));
         if let Some(w) = &mut self.observed {
             let Problem { system, p, .. } = *self.problem;
-            system.outputs(Point { t, y, u: self.drive.at(t, y), p, z: self.discrete.z() }, w);
+            system.outputs(
+                EvaluationPoint { t, y, u: self.drive.evaluate(t, y), p, z: self.discrete.z() },
+                w,
+            );
             solution.w.extend_from_slice(w);
         }
         self.row = row;

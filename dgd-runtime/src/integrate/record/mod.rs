@@ -3,21 +3,21 @@
 mod chosen;
 pub(crate) mod projection;
 
-use crate::integrate::drive::Drive;
-use crate::integrate::methods::family::Asked;
-use crate::integrate::record::projection::{Rows, SensitivityRow};
-use crate::integrate::simulation::{Simulation, Stop};
+use crate::integrate::drive::InputCursor;
+use crate::integrate::methods::family::RequestedTimes;
+use crate::integrate::record::projection::{SensitivityRow, StepRows};
+use crate::integrate::simulation::{Simulation, StepOutcome};
 use crate::problem::Problem;
 use crate::solution::Solution;
-use crate::solved::Solved;
+use crate::solved::SolvableSystem;
 
-impl<S: Solved> Simulation<'_, S> {
+impl<S: SolvableSystem> Simulation<'_, S> {
     /// Records requested times in (t, t_new].
     #[inline]
     pub(in crate::integrate) fn record_step(
         &mut self,
         t_new: f64,
-        stop: Stop,
+        stop: StepOutcome,
         times: &[f64],
         solution: &mut Solution,
     ) {
@@ -59,7 +59,7 @@ impl<S: Solved> Simulation<'_, S> {
     fn record_inside(&mut self, t_new: f64, asked: &[f64], solution: &mut Solution) {
         self.stepper.prepare_dense(self.y.as_ref(), self.directions.as_mut());
         let (recorded, recorded_s) = (solution.y.len(), solution.s.len());
-        let within = Asked::new(self.t, t_new, asked);
+        let within = RequestedTimes::new(self.t, t_new, asked);
         self.stepper.interpolate_all(within, &self.y, &mut self.row, &mut solution.y);
         if let (Some(d), Some(row)) = (&self.directions, &mut self.sensitivity_row) {
             self.stepper.interpolate_all_sensitivities(within, d, row, &mut solution.s);
@@ -140,7 +140,7 @@ impl<S: Solved> Simulation<'_, S> {
         let Some(projection) = &mut self.projection else { return };
         let Problem { system, p, .. } = *self.problem;
         let (sizes, z) = (self.sizes.as_ref(), self.discrete.z());
-        let rows = Rows { system, p, z, sizes, tolerances: self.tolerances };
+        let rows = StepRows { system, p, z, sizes, tolerances: self.tolerances };
         projection.project(&mut self.algebraic, &rows, &mut self.drive, t, y);
         if let (Some(s), Some(d)) = (s, &mut self.directions) {
             let s = SensitivityRow { s, sizes: d.sizes.as_ref(), work: d.rhs.as_mut() };
@@ -152,15 +152,15 @@ impl<S: Solved> Simulation<'_, S> {
 
 /// The number of requested times within the step to `t_new`, and at its end.
 #[inline]
-fn due(asked: &[f64], t_new: f64, stop: Stop) -> (usize, usize) {
+fn due(asked: &[f64], t_new: f64, stop: StepOutcome) -> (usize, usize) {
     // In groups of eight.
     let eights = asked.as_chunks::<8>().0.iter().take_while(|eight| eight[7] < t_new).count();
     let rest = asked[8 * eights..].iter().take_while(|&&t| t < t_new).count();
     let inside = 8 * eights + rest;
     let at_end = asked[inside..].iter().take_while(|&&t| t == t_new).count();
     match stop {
-        Stop::Change => (inside, before_change(at_end)),
-        Stop::None => (inside, at_end),
+        StepOutcome::Change => (inside, before_change(at_end)),
+        StepOutcome::None => (inside, at_end),
     }
 }
 
@@ -172,9 +172,14 @@ pub(crate) fn before_change(equal: usize) -> usize {
 }
 
 /// Records the past of delayed unknowns at `t`, if outputs read it.
-fn record_past<S: Solved>(drive: &mut Drive<'_, S>, t: f64, y: &[f64], solution: &mut Solution) {
+fn record_past<S: SolvableSystem>(
+    drive: &mut InputCursor<'_, S>,
+    t: f64,
+    y: &[f64],
+    solution: &mut Solution,
+) {
     if S::FEATURES.past && solution.n_past > 0 {
-        let u = drive.at(t, y);
+        let u = drive.evaluate(t, y);
         solution.past.extend_from_slice(&u[u.len() - solution.n_past..]);
     }
 }

@@ -11,12 +11,12 @@
 //! and likewise for the sensitivities. If that does not converge, because the row is on another branch, Newton's method
 //! starts from the row itself.
 
-use crate::algebraic::{Algebraic, AlgebraicPoint};
-use crate::integrate::drive::{Drive, Here};
+use crate::algebraic::{AlgebraicPoint, AlgebraicSystem};
+use crate::integrate::drive::{InputCursor, InstantInputs};
 use crate::linalg::Factorisation;
 use crate::linalg::norm::{Tolerances, larger};
-use crate::solved::Solved;
-use crate::system::{Pattern, Point, Storage};
+use crate::solved::SolvableSystem;
+use crate::system::{EvaluationPoint, Pattern, Storage};
 
 /// Permitted remaining error, in units of the tolerance; a correction of this size leaves less.
 const LEFT: f64 = 1e-2;
@@ -28,7 +28,7 @@ const MOST_CORRECTIONS: usize = 6;
 const FURTHER: f64 = 16.0;
 
 /// Moves rows of a solution onto the algebraic equations.
-pub(crate) struct Projection<S: Solved> {
+pub(crate) struct Projection<S: SolvableSystem> {
     /// Used if that of the step does not suffice; otherwise work space.
     pub(crate) jacobian: S::Jacobian,
     f: S::Vector,
@@ -42,7 +42,7 @@ pub(crate) struct Projection<S: Solved> {
 }
 
 /// Data shared by all rows of a step.
-pub(crate) struct Rows<'a, S: Solved> {
+pub(crate) struct StepRows<'a, S: SolvableSystem> {
     pub(crate) system: &'a S,
     pub(crate) p: &'a [f64],
     pub(crate) z: &'a [f64],
@@ -58,7 +58,7 @@ struct Corrections {
 }
 
 #[derive(Clone, Copy, PartialEq, Eq)]
-enum Verdict {
+enum ProjectionVerdict {
     Solved,
     GoOn,
     Fails,
@@ -75,7 +75,7 @@ impl Corrections {
     }
 
     /// Judges a correction of this size, in units of the tolerance, after it was applied.
-    fn judge(&mut self, norm: f64) -> Verdict {
+    fn judge(&mut self, norm: f64) -> ProjectionVerdict {
         self.left -= 1;
         if self.previous.is_finite() {
             self.rate = norm / self.previous;
@@ -86,12 +86,12 @@ impl Corrections {
         let rate = self.rate;
         self.previous = norm;
         if norm <= LEFT || rate * norm <= LEFT * (1.0 - rate) {
-            Verdict::Solved
+            ProjectionVerdict::Solved
         } else if rate <= SLOW && norm.is_finite() && self.left > 0 {
-            Verdict::GoOn
+            ProjectionVerdict::GoOn
         } else {
             // NaN compares false.
-            Verdict::Fails
+            ProjectionVerdict::Fails
         }
     }
 }
@@ -106,7 +106,7 @@ pub(crate) struct SensitivityRow<'a> {
     pub(crate) work: &'a mut [f64],
 }
 
-impl<S: Solved> Projection<S> {
+impl<S: SolvableSystem> Projection<S> {
     pub(crate) fn new(system: &S, n_s: usize) -> Self {
         let signature = system.signature();
         let n = signature.unknowns.len();
@@ -123,7 +123,7 @@ impl<S: Solved> Projection<S> {
     /// Begins rows close to the point of `jacobian`.
     pub(crate) fn begin(
         &mut self,
-        algebraic: &mut Algebraic<S>,
+        algebraic: &mut AlgebraicSystem<S>,
         pattern: &Pattern,
         jacobian: &[f64],
         sizes: &[f64],
@@ -145,9 +145,9 @@ impl<S: Solved> Projection<S> {
     /// Moves the algebraic unknowns of the row at `t` onto their equations; leaves them unchanged if that fails.
     pub(crate) fn project(
         &mut self,
-        algebraic: &mut Algebraic<S>,
-        rows: &Rows<'_, S>,
-        drive: &mut Drive<'_, S>,
+        algebraic: &mut AlgebraicSystem<S>,
+        rows: &StepRows<'_, S>,
+        drive: &mut InputCursor<'_, S>,
         t: f64,
         y: &mut [f64],
     ) {
@@ -156,8 +156,8 @@ impl<S: Solved> Projection<S> {
             return;
         }
         y.copy_from_slice(self.kept.as_ref());
-        let Rows { system, p, z, sizes, tolerances } = *rows;
-        let point = AlgebraicPoint { t, u: Here { drive, t }, p, z };
+        let StepRows { system, p, z, sizes, tolerances } = *rows;
+        let point = AlgebraicPoint { t, u: InstantInputs { drive, t }, p, z };
         let jacobian = self.jacobian.as_mut();
         let solved = algebraic.solve_nearby(system, point, y, jacobian, sizes, tolerances).is_ok();
         // An iteration that finds zero residuals does not factorise.
@@ -172,17 +172,17 @@ impl<S: Solved> Projection<S> {
     /// Corrects with the factorised matrix. Returns whether that solves the equations.
     fn correct(
         &mut self,
-        algebraic: &mut Algebraic<S>,
-        rows: &Rows<'_, S>,
-        drive: &mut Drive<'_, S>,
+        algebraic: &mut AlgebraicSystem<S>,
+        rows: &StepRows<'_, S>,
+        drive: &mut InputCursor<'_, S>,
         t: f64,
         y: &mut [f64],
     ) -> bool {
-        let Rows { system, p, z, sizes, tolerances } = *rows;
+        let StepRows { system, p, z, sizes, tolerances } = *rows;
         let mut corrections = Corrections::new(self.rate);
         loop {
             let f = self.f.as_mut();
-            system.rhs(Point { t, y, u: drive.at(t, y), p, z }, f);
+            system.rhs(EvaluationPoint { t, y, u: drive.evaluate(t, y), p, z }, f);
             algebraic.keep_algebraic(f);
             algebraic.factorisation.solve(f);
             let mut norm = 0.0;
@@ -193,12 +193,12 @@ impl<S: Solved> Projection<S> {
                 }
             }
             match corrections.judge(norm) {
-                Verdict::Solved => {
+                ProjectionVerdict::Solved => {
                     self.rate = corrections.measured().unwrap_or(self.rate);
                     return true;
                 }
-                Verdict::GoOn => {}
-                Verdict::Fails => return false,
+                ProjectionVerdict::GoOn => {}
+                ProjectionVerdict::Fails => return false,
             }
         }
     }
@@ -206,16 +206,16 @@ impl<S: Solved> Projection<S> {
     /// Moves the sensitivities of algebraic unknowns at (t, y), which [`Projection::project`] has moved.
     pub(crate) fn project_sensitivities(
         &mut self,
-        algebraic: &mut Algebraic<S>,
-        rows: &Rows<'_, S>,
-        drive: &mut Drive<'_, S>,
+        algebraic: &mut AlgebraicSystem<S>,
+        rows: &StepRows<'_, S>,
+        drive: &mut InputCursor<'_, S>,
         t: f64,
         y: &[f64],
         mut row: SensitivityRow<'_>,
     ) {
-        let Rows { system, p, z, sizes, tolerances } = *rows;
+        let StepRows { system, p, z, sizes, tolerances } = *rows;
         let (u, udot) = drive.with_slope(t, y);
-        let point = Point { t, y, u, p, z };
+        let point = EvaluationPoint { t, y, u, p, z };
         self.kept_s.copy_from_slice(row.s);
         if self.is_factorised
             && self.correct_sensitivities(algebraic, system, tolerances, point, &mut row)
@@ -241,10 +241,10 @@ impl<S: Solved> Projection<S> {
     /// Corrects with the factorised matrix. Returns whether that solves their equations.
     fn correct_sensitivities(
         &mut self,
-        algebraic: &mut Algebraic<S>,
+        algebraic: &mut AlgebraicSystem<S>,
         system: &S,
         tolerances: Tolerances,
-        at: Point<'_>,
+        at: EvaluationPoint<'_>,
         row: &mut SensitivityRow<'_>,
     ) -> bool {
         let SensitivityRow { s, sizes, work } = row;
@@ -263,12 +263,12 @@ impl<S: Solved> Projection<S> {
                 }
             }
             match corrections.judge(norm) {
-                Verdict::Solved => {
+                ProjectionVerdict::Solved => {
                     self.rate = corrections.measured().unwrap_or(self.rate);
                     return true;
                 }
-                Verdict::GoOn => {}
-                Verdict::Fails => return false,
+                ProjectionVerdict::GoOn => {}
+                ProjectionVerdict::Fails => return false,
             }
         }
     }

@@ -1,16 +1,16 @@
 //! The start of a run: values that satisfy all equations, and modes that hold there.
 
-use crate::algebraic::{Algebraic, AlgebraicPoint, Pieces, Weights};
+use crate::algebraic::{AlgebraicPoint, AlgebraicSystem, CorrectionWeights, PieceAutomata};
 use crate::discrete::state_selection::select_states;
 use crate::discrete::{choose_sides, choose_start_modes, discrete_numbers, waiting};
 use crate::error::{InitialError, IntegrateError};
-use crate::integrate::drive::{Drive, Here};
+use crate::integrate::drive::{InputCursor, InstantInputs};
 use crate::linalg::Singular;
 use crate::linalg::norm::Tolerances;
 use crate::problem::{Options, Problem, unknown_sizes};
-use crate::signal::Side;
-use crate::solved::Solved;
-use crate::system::{Point, Storage};
+use crate::signal::LimitSide;
+use crate::solved::SolvableSystem;
+use crate::system::{EvaluationPoint, Storage};
 
 /// A start that satisfies all equations.
 #[derive(Debug, Clone, PartialEq)]
@@ -32,7 +32,7 @@ pub struct ConsistentStart {
 /// # Errors
 ///
 /// [`IntegrateError::BadRequest`], [`IntegrateError::Inputs`] and [`IntegrateError::Initial`].
-pub fn consistent_start<S: Solved>(
+pub fn consistent_start<S: SolvableSystem>(
     problem: &Problem<'_, S>,
     t: f64,
     options: &Options,
@@ -45,42 +45,43 @@ pub fn consistent_start<S: Solved>(
     let n = signature.unknowns.len();
 
     let inputs = problem.inputs_read().map_err(IntegrateError::Inputs)?;
-    let segment = inputs.segment(inputs.segment_at(t, Side::Right));
+    let segment = inputs.segment(inputs.segment_at(t, LimitSide::Right));
     let read = Problem { inputs: &inputs, ..*problem };
     let tolerances = Tolerances { rtol: options.rtol, atol: options.atol };
-    let mut drive = Drive::new(&read, segment, t, 0, tolerances);
+    let mut drive = InputCursor::new(&read, segment, t, 0, tolerances);
     let mut y = S::Vector::zeros(n);
     let mut z = discrete_numbers(system, problem.p, t);
     let mut u = S::Inputs::zeros(signature.n_u());
-    u.as_mut().copy_from_slice(drive.at(t, y.as_ref()));
-    let point = Point { t, y: &[], u: u.as_ref(), p: problem.p, z: &z };
+    u.as_mut().copy_from_slice(drive.evaluate(t, y.as_ref()));
+    let point = EvaluationPoint { t, y: &[], u: u.as_ref(), p: problem.p, z: &z };
     start_values(problem, point, y.as_mut()).map_err(IntegrateError::Initial)?;
     S::find_start(problem, t, options, y.as_mut(), None).map_err(IntegrateError::Initial)?;
     let guesses = y.as_ref().to_vec();
     let mut e = vec![0.0; signature.discrete.transitions().count()];
-    let point = Point { t, y: y.as_ref(), u: u.as_ref(), p: problem.p, z: &[] };
+    let point = EvaluationPoint { t, y: y.as_ref(), u: u.as_ref(), p: problem.p, z: &[] };
     choose_start_modes(system, point, &mut e, &mut z);
     select_states(system, point, &mut z, &mut e);
     choose_sides(system, point, &mut e, &mut z);
     let mut sizes = S::Vector::zeros(n);
     unknown_sizes(system, y.as_ref(), sizes.as_mut());
 
-    let mut algebraic = Algebraic::new(system);
+    let mut algebraic = AlgebraicSystem::new(system);
     let mut mass = S::Vector::zeros(n);
-    let point = Point { t, y: &[], u: u.as_ref(), p: problem.p, z: &z };
+    let point = EvaluationPoint { t, y: &[], u: u.as_ref(), p: problem.p, z: &z };
     system.mass(point, mass.as_mut());
     algebraic.enter_modes(mass.as_ref());
     let mut jacobian = S::Jacobian::zeros(signature.jacobian.len());
-    let mut pieces = Pieces::new(&signature.discrete, n);
+    let mut pieces = PieceAutomata::new(&signature.discrete, n);
     if !pieces.is_empty() && !algebraic.is_empty() {
         let point = AlgebraicPoint { t, u: u.as_ref(), p: problem.p, z: &[] };
-        let weights = Weights { sizes: sizes.as_ref(), tolerances };
+        let weights = CorrectionWeights { sizes: sizes.as_ref(), tolerances };
         let (y, jacobian) = (y.as_mut(), jacobian.as_mut());
         algebraic
             .solve_pieces(system, &mut pieces, point, &mut z, y, jacobian, weights)
             .map_err(IntegrateError::Initial)?;
     }
-    let point = AlgebraicPoint { t, u: Here { drive: &mut drive, t }, p: problem.p, z: &z };
+    let point =
+        AlgebraicPoint { t, u: InstantInputs { drive: &mut drive, t }, p: problem.p, z: &z };
     algebraic
         .make_consistent(system, point, y.as_mut(), jacobian.as_mut(), sizes.as_ref(), tolerances)
         .map_err(IntegrateError::Initial)?;
@@ -88,7 +89,7 @@ pub fn consistent_start<S: Solved>(
     let (mut f, mut dfdt) = (S::Vector::zeros(n), S::Vector::zeros(n));
     drive.begin_history(t, y.as_ref(), None, sizes.as_ref());
     let (u, udot) = drive.with_slope(t, y.as_ref());
-    let point = Point { t, y: y.as_ref(), u, p: problem.p, z: &z };
+    let point = EvaluationPoint { t, y: y.as_ref(), u, p: problem.p, z: &z };
     system.linearize(point, udot, f.as_mut(), jacobian.as_mut(), dfdt.as_mut());
     let waiting = waiting(system, point, &mut e);
     algebraic
@@ -108,9 +109,9 @@ pub fn consistent_start<S: Solved>(
 }
 
 /// Writes the model's start values, with replacements, into `y`.
-pub fn start_values<S: Solved>(
+pub fn start_values<S: SolvableSystem>(
     problem: &Problem<'_, S>,
-    at: Point<'_>,
+    at: EvaluationPoint<'_>,
     y: &mut [f64],
 ) -> Result<(), InitialError> {
     problem.system.start(at, y);

@@ -13,8 +13,8 @@
 use crate::discrete::state_selection::select_states;
 use crate::discrete::{choose_sides, choose_start_modes, discrete_numbers};
 use crate::problem::unknown_sizes;
-use crate::solved::Solved;
-use crate::system::{Point, Storage};
+use crate::solved::SolvableSystem;
+use crate::system::{EvaluationPoint, Storage};
 
 /// Number of points.
 const POINTS: usize = 8;
@@ -27,7 +27,7 @@ const MOST: usize = 300;
 
 /// A minimal set of equations that depend on each other.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Dependent {
+pub struct DependentEquations {
     /// Rows, ascending, each with its factor: the weighted sum of their derivatives with respect to algebraic unknowns
     /// vanishes. The first factor is one.
     pub equations: Vec<(usize, f64)>,
@@ -39,15 +39,15 @@ pub struct Dependent {
 
 /// The algebraic equations that are dependent with these parameters, SI, in the modes that hold at the start; empty if
 /// that cannot be determined.
-pub fn dependent_equations<S: Solved>(system: &S, p: &[f64]) -> Vec<Dependent> {
+pub fn dependent_equations<S: SolvableSystem>(system: &S, p: &[f64]) -> Vec<DependentEquations> {
     if !system.signature().unknowns.is_empty() && p.len() == system.signature().parameters.len() {
-        let mut draws = Draws(0x9e37_79b9_7f4a_7c15);
-        let mut dependents: Vec<Vec<Dependent>> = Vec::new();
+        let mut draws = Xorshift64(0x9e37_79b9_7f4a_7c15);
+        let mut dependents: Vec<Vec<DependentEquations>> = Vec::new();
         for point in 0..POINTS {
             match at_a_point(system, p, &mut draws, point) {
-                Looked::Nothing => {}
-                Looked::Regular => return Vec::new(),
-                Looked::Dependent(dependent) => dependents.push(dependent),
+                PointResult::Nothing => {}
+                PointResult::Regular => return Vec::new(),
+                PointResult::Dependent(dependent) => dependents.push(dependent),
             }
         }
         if dependents.len() >= FEWEST {
@@ -58,8 +58,9 @@ pub fn dependent_equations<S: Solved>(system: &S, p: &[f64]) -> Vec<Dependent> {
 }
 
 /// The sets that are dependent at all points.
-fn common(found: Vec<Vec<Dependent>>) -> Vec<Dependent> {
-    let rows = |one: &Dependent| one.equations.iter().map(|(row, _)| *row).collect::<Vec<_>>();
+fn common(found: Vec<Vec<DependentEquations>>) -> Vec<DependentEquations> {
+    let rows =
+        |one: &DependentEquations| one.equations.iter().map(|(row, _)| *row).collect::<Vec<_>>();
     let mut remaining = found.into_iter();
     let Some(mut first) = remaining.next() else { return Vec::new() };
     for other in remaining {
@@ -78,15 +79,20 @@ fn common(found: Vec<Vec<Dependent>>) -> Vec<Dependent> {
 }
 
 /// The result at a point.
-enum Looked {
+enum PointResult {
     /// Something is not finite there, or the system is too large.
     Nothing,
     /// The equations are independent.
     Regular,
-    Dependent(Vec<Dependent>),
+    Dependent(Vec<DependentEquations>),
 }
 
-fn at_a_point<S: Solved>(system: &S, p: &[f64], draws: &mut Draws, point: usize) -> Looked {
+fn at_a_point<S: SolvableSystem>(
+    system: &S,
+    p: &[f64],
+    draws: &mut Xorshift64,
+    point: usize,
+) -> PointResult {
     let signature = system.signature();
     let n = signature.unknowns.len();
     // Several sizes are tried, since only the unit is known.
@@ -97,9 +103,9 @@ fn at_a_point<S: Solved>(system: &S, p: &[f64], draws: &mut Draws, point: usize)
     }
     let (mut y, mut sizes) = (vec![0.0; n], vec![0.0; n]);
     let mut z = discrete_numbers(system, p, 0.0);
-    system.start(Point { t: 0.0, y: &[], u: &u, p, z: &z }, &mut y);
+    system.start(EvaluationPoint { t: 0.0, y: &[], u: &u, p, z: &z }, &mut y);
     if y.iter().any(|y| !y.is_finite()) {
-        return Looked::Nothing;
+        return PointResult::Nothing;
     }
     unknown_sizes(system, &y, &mut sizes);
     // Half of the time, on the same side of zero as the start.
@@ -112,20 +118,20 @@ fn at_a_point<S: Solved>(system: &S, p: &[f64], draws: &mut Draws, point: usize)
         };
         *y += moved * size;
     }
-    let at_draw = Point { t: 0.0, y: &y, u: &u, p, z: &[] };
+    let at_draw = EvaluationPoint { t: 0.0, y: &y, u: &u, p, z: &[] };
     let mut e = vec![0.0; signature.discrete.transitions().count()];
     choose_start_modes(system, at_draw, &mut e, &mut z);
     select_states(system, at_draw, &mut z, &mut e);
     choose_sides(system, at_draw, &mut e, &mut z);
-    let point = Point { z: &z, ..at_draw };
+    let point = EvaluationPoint { z: &z, ..at_draw };
     let mut mass = S::Vector::zeros(n);
     system.mass(point, mass.as_mut());
     let algebraic: Vec<usize> = (0..n).filter(|i| mass.as_ref()[*i] == 0.0).collect();
     if algebraic.is_empty() {
-        return Looked::Regular;
+        return PointResult::Regular;
     }
     if algebraic.len() > MOST {
-        return Looked::Nothing;
+        return PointResult::Nothing;
     }
     let udot = vec![0.0; signature.n_u()];
     let (mut f, mut dfdt) = (S::Vector::zeros(n), S::Vector::zeros(n));
@@ -135,18 +141,18 @@ fn at_a_point<S: Solved>(system: &S, p: &[f64], draws: &mut Draws, point: usize)
     for (k, i) in algebraic.iter().enumerate() {
         place[*i] = Some(k);
     }
-    let mut matrix = Matrix::new(algebraic.len());
+    let mut matrix = SquareMatrix::new(algebraic.len());
     signature.jacobian.for_each(jacobian.as_ref(), |row, column, value| {
         if let (Some(row), Some(k)) = (place[row], place[column]) {
-            *matrix.at(row, k) += value * sizes[column];
+            *matrix.entry(row, k) += value * sizes[column];
         }
     });
     if !matrix.is_finite() {
-        return Looked::Nothing;
+        return PointResult::Nothing;
     }
     match matrix.dependent(&algebraic) {
-        None => Looked::Regular,
-        Some(found) => Looked::Dependent(found),
+        None => PointResult::Regular,
+        Some(found) => PointResult::Dependent(found),
     }
 }
 
@@ -157,17 +163,17 @@ fn support(vector: &[f64]) -> Vec<usize> {
 }
 
 /// A square matrix, row by row.
-struct Matrix {
+struct SquareMatrix {
     n: usize,
     values: Vec<f64>,
 }
 
-impl Matrix {
+impl SquareMatrix {
     fn new(n: usize) -> Self {
         Self { n, values: vec![0.0; n * n] }
     }
 
-    fn at(&mut self, row: usize, column: usize) -> &mut f64 {
+    fn entry(&mut self, row: usize, column: usize) -> &mut f64 {
         &mut self.values[row * self.n + column]
     }
 
@@ -177,7 +183,7 @@ impl Matrix {
 
     /// Sets of rows that depend on each other, each with the columns that they do not determine; `None` if the matrix
     /// is regular. `names` are the names of rows and columns.
-    fn dependent(self, names: &[usize]) -> Option<Vec<Dependent>> {
+    fn dependent(self, names: &[usize]) -> Option<Vec<DependentEquations>> {
         let Self { n, values } = self;
         let transposed: Vec<f64> = (0..n * n).map(|k| values[(k % n) * n + k / n]).collect();
         let open: Vec<Vec<usize>> =
@@ -191,7 +197,7 @@ impl Matrix {
                 open.iter().filter(|set| set.iter().any(reads)).flatten().copied().collect();
             columns.sort_unstable();
             columns.dedup();
-            Dependent {
+            DependentEquations {
                 equations: rows.iter().map(|row| (names[*row], c[*row] / first)).collect(),
                 unknowns: columns.into_iter().map(|k| names[k]).collect(),
                 is_constant: true,
@@ -270,9 +276,9 @@ fn null_space(n: usize, mut a: Vec<f64>) -> Option<Vec<Vec<f64>>> {
 }
 
 /// Reproducible pseudo-random numbers (Vigna, xorshift64*).
-struct Draws(u64);
+struct Xorshift64(u64);
 
-impl Draws {
+impl Xorshift64 {
     fn between(&mut self, low: f64, high: f64) -> f64 {
         self.0 ^= self.0 >> 12;
         self.0 ^= self.0 << 25;
@@ -286,8 +292,8 @@ impl Draws {
 mod tests {
     use super::*;
 
-    fn matrix(n: usize, values: &[f64]) -> Matrix {
-        Matrix { n, values: values.to_vec() }
+    fn matrix(n: usize, values: &[f64]) -> SquareMatrix {
+        SquareMatrix { n, values: values.to_vec() }
     }
 
     #[test]
@@ -297,7 +303,9 @@ mod tests {
         assert_eq!(matrix(2, &[1e-20, 0.0, 1e9, 1e14]).dependent(&[0, 1]), None);
         let values = [1.0, 2.0, 0.0, 0.0, 5.0, 7.0, -2.0, -4.0, 0.0];
         let found = matrix(3, &values).dependent(&[4, 6, 8]).expect("it is singular");
-        let [Dependent { equations, unknowns, .. }] = &found[..] else { panic!("{found:?}") };
+        let [DependentEquations { equations, unknowns, .. }] = &found[..] else {
+            panic!("{found:?}")
+        };
         let [(4, 1.0), (8, half)] = equations[..] else { panic!("{equations:?}") };
         assert!((half - 0.5).abs() < 1e-14, "{half}");
         // The null vector (2, −1, 5/7) involves all three.

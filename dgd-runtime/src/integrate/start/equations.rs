@@ -17,12 +17,12 @@ use nalgebra::{DMatrix, DVector};
 use super::consistent::start_values;
 use crate::discrete::{choose_sides, choose_start_modes, discrete_numbers};
 use crate::error::InitialError;
-use crate::integrate::drive::Drive;
+use crate::integrate::drive::InputCursor;
 use crate::linalg::norm::Tolerances;
 use crate::problem::{Options, Problem, unknown_sizes};
-use crate::signal::Side;
-use crate::solved::Solved;
-use crate::system::{Point, Storage};
+use crate::signal::LimitSide;
+use crate::solved::SolvableSystem;
+use crate::system::{EvaluationPoint, Storage};
 
 /// Maximum number of corrections, the smallest damping factor, and the size of the last correction.
 const MOST_CORRECTIONS: usize = 100;
@@ -40,7 +40,7 @@ const MOST_CHOICES: usize = 8;
 /// # Errors
 ///
 /// [`InitialError::NoStart`], and that of a start value which is not finite.
-pub(crate) fn start_by_equations<S: Solved>(
+pub(crate) fn start_by_equations<S: SolvableSystem>(
     problem: &Problem<'_, S>,
     t: f64,
     options: &Options,
@@ -51,21 +51,21 @@ pub(crate) fn start_by_equations<S: Solved>(
     let (system, p) = (problem.system, problem.p);
     let inputs = problem.inputs_read().map_err(|error| no_start(error.to_string()))?;
     let read = Problem { inputs: &inputs, ..*problem };
-    let segment = inputs.segment(inputs.segment_at(t, Side::Right));
+    let segment = inputs.segment(inputs.segment_at(t, LimitSide::Right));
     let tolerances = Tolerances { rtol: options.rtol, atol: options.atol };
-    let mut drive = Drive::new(&read, segment, t, 0, tolerances);
+    let mut drive = InputCursor::new(&read, segment, t, 0, tolerances);
     let mut start = vec![0.0; y.len()];
-    let point = Point { t, y: &[], u: drive.at(t, &start), p, z: &[] };
+    let point = EvaluationPoint { t, y: &[], u: drive.evaluate(t, &start), p, z: &[] };
     start_values(problem, point, &mut start)?;
     // Active equations may depend on modes, and these on the start values found.
     let mut before: Option<Vec<f64>> = None;
     for _ in 0..MOST_CHOICES {
         let mut z = discrete_numbers(system, p, t);
         let mut e = vec![0.0; system.signature().discrete.transitions().count()];
-        let point = Point { t, y: &start, u: drive.at(t, &start), p, z: &[] };
+        let point = EvaluationPoint { t, y: &start, u: drive.evaluate(t, &start), p, z: &[] };
         choose_start_modes(system, point, &mut e, &mut z);
         choose_sides(system, point, &mut e, &mut z);
-        let mut search = Search::new(problem, &mut drive, t, &z);
+        let mut search = StartSearch::new(problem, &mut drive, t, &z);
         if before.as_ref() == Some(&z) {
             y.copy_from_slice(&start);
             return match s {
@@ -80,9 +80,9 @@ pub(crate) fn start_by_equations<S: Solved>(
 }
 
 /// The equations of a start in given modes.
-struct Search<'a, 'b, S: Solved> {
+struct StartSearch<'a, 'b, S: SolvableSystem> {
     problem: &'a Problem<'a, S>,
-    drive: &'a mut Drive<'b, S>,
+    drive: &'a mut InputCursor<'b, S>,
     t: f64,
     z: &'a [f64],
     /// Positions of the unknowns that are found: states, then algebraic ones, whose rows are solved.
@@ -92,23 +92,28 @@ struct Search<'a, 'b, S: Solved> {
 }
 
 /// Residuals and their derivatives with respect to the sought start values, and to θ.
-struct Linear {
+struct StartLinearization {
     left: DVector<f64>,
     matrix: DMatrix<f64>,
 }
 
-impl<'a, 'b, S: Solved> Search<'a, 'b, S> {
-    fn new(problem: &'a Problem<'a, S>, drive: &'a mut Drive<'b, S>, t: f64, z: &'a [f64]) -> Self {
+impl<'a, 'b, S: SolvableSystem> StartSearch<'a, 'b, S> {
+    fn new(
+        problem: &'a Problem<'a, S>,
+        drive: &'a mut InputCursor<'b, S>,
+        t: f64,
+        z: &'a [f64],
+    ) -> Self {
         let signature = problem.system.signature();
         let n = signature.unknowns.len();
         let mut mass = vec![0.0; n];
         let nothing = vec![0.0; n];
-        let point = Point { t, y: &[], u: drive.at(t, &nothing), p: problem.p, z };
+        let point = EvaluationPoint { t, y: &[], u: drive.evaluate(t, &nothing), p: problem.p, z };
         problem.system.mass(point, &mut mass);
         let states = signature.start_equations.iter().map(|equation| equation.unknown);
         let algebraic = (0..n).filter(|i| mass[*i] == 0.0);
         let wanted = states.chain(algebraic).collect();
-        Search { problem, drive, t, z, wanted, count: signature.start_equations.len() }
+        StartSearch { problem, drive, t, z, wanted, count: signature.start_equations.len() }
     }
 
     /// Solves for the sought start values, starting from those in `y`.
@@ -118,7 +123,7 @@ impl<'a, 'b, S: Solved> Search<'a, 'b, S> {
         let sizes: Vec<f64> = self.wanted.iter().map(|i| sizes[*i]).collect();
         let mut before = f64::INFINITY;
         for _ in 0..MOST_CORRECTIONS {
-            let Linear { left, mut matrix } = self.linear(y)?;
+            let StartLinearization { left, mut matrix } = self.linear(y)?;
             let scales = scaled(&mut matrix, &sizes);
             let norm = |left: &DVector<f64>| {
                 left.iter().zip(&scales).map(|(r, scale)| (r / scale).powi(2)).sum::<f64>().sqrt()
@@ -156,21 +161,31 @@ impl<'a, 'b, S: Solved> Search<'a, 'b, S> {
         let system = self.problem.system;
         let signature = system.signature();
         let (n, n_s) = (y.len(), signature.directions.len());
-        let point =
-            Point { t: self.t, y: &[], u: self.drive.at(self.t, y), p: self.problem.p, z: self.z };
+        let point = EvaluationPoint {
+            t: self.t,
+            y: &[],
+            u: self.drive.evaluate(self.t, y),
+            p: self.problem.p,
+            z: self.z,
+        };
         self.problem.start_sensitivities(point, s);
         for column in s.chunks_exact_mut(n) {
             for i in &self.wanted {
                 column[*i] = 0.0;
             }
         }
-        let point =
-            Point { t: self.t, y, u: self.drive.at(self.t, y), p: self.problem.p, z: self.z };
+        let point = EvaluationPoint {
+            t: self.t,
+            y,
+            u: self.drive.evaluate(self.t, y),
+            p: self.problem.p,
+            z: self.z,
+        };
         let (mut drest, mut drestdy) = (vec![0.0; self.count * n_s], vec![0.0; self.count * n]);
         system.start_equation_sensitivities(point, s, &mut drest, &mut drestdy);
         let (mut f, mut g) = (vec![0.0; n], vec![0.0; n * n_s]);
         system.sensitivity_rhs(point, s, &mut f, &mut g);
-        let Linear { mut matrix, .. } = self.linear(y)?;
+        let StartLinearization { mut matrix, .. } = self.linear(y)?;
         let mut sizes = vec![0.0; n];
         unknown_sizes(system, y, &mut sizes);
         let sizes: Vec<f64> = self.wanted.iter().map(|i| sizes[*i]).collect();
@@ -198,7 +213,7 @@ impl<'a, 'b, S: Solved> Search<'a, 'b, S> {
     /// Residuals of start equations and algebraic equations; `None` if they are not finite.
     fn residuals(&mut self, y: &[f64]) -> Option<DVector<f64>> {
         let (p, z, t) = (self.problem.p, self.z, self.t);
-        let point = Point { t, y, u: self.drive.at(t, y), p, z };
+        let point = EvaluationPoint { t, y, u: self.drive.evaluate(t, y), p, z };
         let (mut rest, mut f) = (vec![0.0; self.count], vec![0.0; y.len()]);
         self.problem.system.start_equations(point, &mut rest);
         self.problem.system.rhs(point, &mut f);
@@ -208,12 +223,12 @@ impl<'a, 'b, S: Solved> Search<'a, 'b, S> {
     }
 
     /// Residuals, and their derivatives with respect to the sought start values.
-    fn linear(&mut self, y: &[f64]) -> Result<Linear, String> {
+    fn linear(&mut self, y: &[f64]) -> Result<StartLinearization, String> {
         let signature = self.problem.system.signature();
         let (n, n_s) = (y.len(), signature.directions.len());
         let left = self.residuals(y).ok_or("an equation is not finite there")?;
         let (p, z, t) = (self.problem.p, self.z, self.t);
-        let point = Point { t, y, u: self.drive.at(t, y), p, z };
+        let point = EvaluationPoint { t, y, u: self.drive.evaluate(t, y), p, z };
         let (none, mut drest) = (vec![0.0; n * n_s], vec![0.0; self.count * n_s]);
         let mut drestdy = vec![0.0; self.count * n];
         self.problem.system.start_equation_sensitivities(point, &none, &mut drest, &mut drestdy);
@@ -241,7 +256,7 @@ impl<'a, 'b, S: Solved> Search<'a, 'b, S> {
         if matrix.iter().any(|value| !value.is_finite()) {
             return Err("the derivative of an equation is not finite there".to_owned());
         }
-        Ok(Linear { left, matrix })
+        Ok(StartLinearization { left, matrix })
     }
 
     /// The solution of scaled equations.

@@ -5,14 +5,14 @@ use std::fmt;
 use nalgebra::{DMatrix, DVector};
 
 use crate::error::IntegrateError;
-use crate::integrate::drive::Drive;
+use crate::integrate::drive::InputCursor;
 use crate::integrate::start::consistent::{ConsistentStart, consistent_start};
 use crate::linalg::full::FullLu;
 use crate::linalg::norm::Tolerances;
 use crate::problem::{Options, Problem, unknown_sizes};
-use crate::signal::Side;
-use crate::solved::Solved;
-use crate::system::Point;
+use crate::signal::LimitSide;
+use crate::solved::SolvableSystem;
+use crate::system::EvaluationPoint;
 
 /// Maximum number of corrections.
 const MOST_ITERATIONS: usize = 50;
@@ -35,7 +35,7 @@ const UNSEEN: f64 = 1e-8;
 /// # Errors
 ///
 /// [`MeasuredStartError`]: no consistent values, or no convergence.
-pub fn start_from_outputs<S: Solved>(
+pub fn start_from_outputs<S: SolvableSystem>(
     problem: &Problem<'_, S>,
     t: f64,
     measured: &[Option<f64>],
@@ -54,14 +54,14 @@ pub fn start_from_outputs<S: Solved>(
     let inputs =
         problem.inputs_read().map_err(|e| MeasuredStartError::Start(IntegrateError::Inputs(e)))?;
     let read = Problem { inputs: &inputs, ..*problem };
-    let segment = inputs.segment(inputs.segment_at(t, Side::Right));
+    let segment = inputs.segment(inputs.segment_at(t, LimitSide::Right));
     let tolerances = Tolerances { rtol: options.rtol, atol: options.atol };
-    let mut drive = Drive::new(&read, segment, t, 0, tolerances);
+    let mut drive = InputCursor::new(&read, segment, t, 0, tolerances);
 
     let mut w = vec![0.0; signature.outputs.len()];
     for _ in 0..MOST_ITERATIONS {
         let ConsistentStart { y, z, .. } = &consistent;
-        let point = Point { t, y, u: drive.at(t, y), p: problem.p, z };
+        let point = EvaluationPoint { t, y, u: drive.evaluate(t, y), p: problem.p, z };
         let mut mass = vec![0.0; n];
         system.mass(point, &mut mass);
         let (differential, algebraic): (Vec<usize>, Vec<usize>) =
@@ -108,9 +108,9 @@ pub fn start_from_outputs<S: Solved>(
 
 /// dw/dy_d = ∂w/∂y_d − ∂w/∂y_a (∂f_a/∂y_a)⁻¹ ∂f_a/∂y_d, n_w × number of differential unknowns; `None` if the algebraic
 /// unknowns are not determined.
-fn output_slopes<S: Solved>(
+fn output_slopes<S: SolvableSystem>(
     system: &S,
-    at: Point<'_>,
+    at: EvaluationPoint<'_>,
     differential: &[usize],
     algebraic: &[usize],
 ) -> Option<DMatrix<f64>> {

@@ -8,29 +8,29 @@ mod one_sided;
 
 use crate::algebraic::AlgebraicPoint;
 use crate::error::IntegrateError;
-use crate::integrate::drive::Here;
-use crate::integrate::events::singular_point::Weak;
-use crate::integrate::methods::stepper::Base;
+use crate::integrate::drive::InstantInputs;
+use crate::integrate::events::singular_point::Weakness;
+use crate::integrate::methods::stepper::StepBase;
 use crate::integrate::simulation::Simulation;
 use crate::integrate::start::consistent::start_values;
 use crate::linalg::Singular;
 use crate::problem::{Options, Problem, parameter_size, unknown_sizes};
 use crate::solution::Solution;
-use crate::solved::Solved;
-use crate::system::{Direction, Point};
+use crate::solved::SolvableSystem;
+use crate::system::{Direction, EvaluationPoint};
 
 /// Maximum number of corrections of sensitivities at the start of a history, and the fraction of the tolerance at which
 /// they end.
 const MOST_CORRECTIONS: usize = 8;
 const CORRECTED: f64 = 1e-6;
 
-impl<S: Solved> Simulation<'_, S> {
+impl<S: SolvableSystem> Simulation<'_, S> {
     /// Consistent start values and sensitivities.
     pub(super) fn start(&mut self, solution: &mut Solution) -> Result<(), IntegrateError> {
         let Problem { system, p, .. } = *self.problem;
         let n = self.y.as_ref().len();
-        let u = self.drive.at(self.t, self.y.as_ref());
-        let point = Point { t: self.t, y: &[], u, p, z: self.discrete.z() };
+        let u = self.drive.evaluate(self.t, self.y.as_ref());
+        let point = EvaluationPoint { t: self.t, y: &[], u, p, z: self.discrete.z() };
         start_values(self.problem, point, self.y.as_mut()).map_err(IntegrateError::Initial)?;
         let is_found = self.resumed.is_none() && system.signature().start_is_found();
         if is_found {
@@ -122,7 +122,7 @@ impl<S: Solved> Simulation<'_, S> {
         self.drive.free_delays(true);
         let point = AlgebraicPoint {
             t: self.t,
-            u: Here { drive: &mut self.drive, t: self.t },
+            u: InstantInputs { drive: &mut self.drive, t: self.t },
             p,
             z: self.discrete.z(),
         };
@@ -146,7 +146,7 @@ impl<S: Solved> Simulation<'_, S> {
     pub(super) fn linearize_values(&mut self) {
         let Problem { system, p, .. } = *self.problem;
         let (mass, z) = (&self.algebraic.mass, self.discrete.z());
-        let base = Base { system, p, z, mass, t: self.t };
+        let base = StepBase { system, p, z, mass, t: self.t };
         self.stepper.linearize(base, &mut self.drive, self.y.as_ref(), None);
         self.linearized = false;
     }
@@ -158,7 +158,7 @@ impl<S: Solved> Simulation<'_, S> {
         if self.directions.is_none() {
             return;
         }
-        let singular = self.weak_equation(self.t, Weak::Singular);
+        let singular = self.weak_equation(self.t, Weakness::Singular);
         let Some(d) = &mut self.directions else { return };
         let pattern = &system.signature().jacobian;
         let (jacobian, sizes) = (self.stepper.jacobian.as_ref(), self.sizes.as_ref());
@@ -169,8 +169,9 @@ impl<S: Solved> Simulation<'_, S> {
         if let Some(row) = singular {
             self.end_sensitivities(self.t, row, solution);
         } else {
-            let u = self.drive.at(self.t, self.y.as_ref());
-            let point = Point { t: self.t, y: self.y.as_ref(), u, p, z: self.discrete.z() };
+            let u = self.drive.evaluate(self.t, self.y.as_ref());
+            let point =
+                EvaluationPoint { t: self.t, y: self.y.as_ref(), u, p, z: self.discrete.z() };
             let (s, g) = (d.s.as_mut(), d.g.as_mut());
             self.algebraic.make_sensitivities_consistent(system, point, s, g);
         }
@@ -187,8 +188,9 @@ impl<S: Solved> Simulation<'_, S> {
         }
         for _ in 0..MOST_CORRECTIONS {
             let Some(d) = &mut self.directions else { return };
-            let u = self.drive.at(self.t, self.y.as_ref());
-            let point = Point { t: self.t, y: self.y.as_ref(), u, p, z: self.discrete.z() };
+            let u = self.drive.evaluate(self.t, self.y.as_ref());
+            let point =
+                EvaluationPoint { t: self.t, y: self.y.as_ref(), u, p, z: self.discrete.z() };
             let (s, g) = (d.s.as_mut(), d.g.as_mut());
             self.algebraic.correct_sensitivities(system, point, s, g);
             let Some(history) = &mut self.drive.history else { return };

@@ -7,15 +7,15 @@
 use crate::integrate::simulation::Simulation;
 use crate::problem::{Problem, parameter_size};
 use crate::solution::{OneSided, Solution, UndefinedCause, UndefinedSensitivity};
-use crate::solved::Solved;
-use crate::system::{Direction, Point, Signature, Trigger};
+use crate::solved::SolvableSystem;
+use crate::system::{Direction, EvaluationPoint, Signature, Trigger};
 
 /// Event functions below this fraction of their terms are zero to rounding.
 const ROUNDING: f64 = 16.0 * f64::EPSILON;
 /// The name for conditions without one.
 const ON_TIME: &str = "a condition on time";
 
-impl<S: Solved> Simulation<'_, S> {
+impl<S: SolvableSystem> Simulation<'_, S> {
     /// Lists the thresholds on which the run begins, and ends sensitivities if rows jump unseen.
     pub(super) fn judge_derivatives(&mut self, solution: &mut Solution) {
         if self.directions.is_none() {
@@ -47,7 +47,7 @@ impl<S: Solved> Simulation<'_, S> {
             return;
         }
         let (mut times, mut after) = (vec![0.0; n], vec![0.0; n]);
-        let point = Point { t: self.t, y: &[], u: &[], p, z: self.discrete.z() };
+        let point = EvaluationPoint { t: self.t, y: &[], u: &[], p, z: self.discrete.z() };
         system.condition_times(point, &mut times, &mut after);
         let columns = self.discrete.dtimes().chunks_exact(n);
         for clock in system.signature().discrete.clocks.iter() {

@@ -2,12 +2,12 @@
 
 use crate::error::IntegrateError;
 use crate::integrate::controller::Controller;
-use crate::integrate::methods::family::{Judged, Scale};
-use crate::integrate::methods::stepper::Failed;
+use crate::integrate::methods::family::{ErrorScale, JudgedStep};
+use crate::integrate::methods::stepper::StepFailure;
 use crate::integrate::simulation::Simulation;
-use crate::integrate::step::judge::Tried;
+use crate::integrate::step::judge::TriedStep;
 use crate::solution::Solution;
-use crate::solved::Solved;
+use crate::solved::SolvableSystem;
 
 /// Distance, as a fraction of the span, before the point of no continuation at which a run may end.
 const NEAR: f64 = 1e-9;
@@ -15,11 +15,11 @@ const NEAR: f64 = 1e-9;
 /// An error this large, in units of the tolerance, says little about the right step size.
 const FAR_OFF: f64 = 10.0;
 
-impl<S: Solved> Simulation<'_, S> {
+impl<S: SolvableSystem> Simulation<'_, S> {
     /// Chooses the next step after an accepted one.
     #[inline]
-    pub(super) fn adapt_to_acceptance(&mut self, tried: &Tried, controller: &mut Controller) {
-        let scale = Scale {
+    pub(super) fn adapt_to_acceptance(&mut self, tried: &TriedStep, controller: &mut Controller) {
+        let scale = ErrorScale {
             tolerances: self.tolerances,
             y: self.y.as_ref(),
             sizes: self.sizes.as_ref(),
@@ -29,7 +29,7 @@ impl<S: Solved> Simulation<'_, S> {
     }
 
     /// Chooses the next step after a rejected one. Returns whether (t, y) itself may be the cause.
-    fn adapt_to_rejection(&mut self, tried: &Tried, controller: &mut Controller) -> bool {
+    fn adapt_to_rejection(&mut self, tried: &TriedStep, controller: &mut Controller) -> bool {
         let is_suspect = self.stepper.adapt_to_rejection(tried.judged(), controller);
         let is_far_off = tried.error.is_finite() && tried.error > FAR_OFF * FAR_OFF;
         if is_far_off && self.stepper.traits.wants_all_derivatives() {
@@ -41,13 +41,13 @@ impl<S: Solved> Simulation<'_, S> {
     /// Retries from (t, y) with another step, if possible.
     pub(super) fn reject(
         &mut self,
-        tried: &Tried,
+        tried: &TriedStep,
         controller: &mut Controller,
         times: &[f64],
         solution: &mut Solution,
     ) -> Result<(), IntegrateError> {
         solution.statistics.rejected += 1;
-        let Tried { h, remaining, error, .. } = *tried;
+        let TriedStep { h, remaining, error, .. } = *tried;
         let is_suspect = self.adapt_to_rejection(tried, controller);
         // Below this a step does not advance t reliably, and stages are indistinguishable.
         let least = 4.0 * f64::EPSILON * self.t.abs().max(f64::EPSILON * self.span);
@@ -72,7 +72,7 @@ impl<S: Solved> Simulation<'_, S> {
     /// Continues with shorter steps up to the point where a delay becomes negative, and ends there.
     pub(super) fn step_less_far(
         &mut self,
-        tried: &Tried,
+        tried: &TriedStep,
         error: IntegrateError,
         controller: &mut Controller,
         solution: &mut Solution,
@@ -81,18 +81,18 @@ impl<S: Solved> Simulation<'_, S> {
             return Err(error);
         }
         solution.statistics.rejected += 1;
-        let judged = Judged { h: tried.h, error: f64::NAN };
+        let judged = JudgedStep { h: tried.h, error: f64::NAN };
         self.stepper.adapt_to_rejection(judged, controller);
         Ok(())
     }
 
-    fn no_step_is_small_enough(&mut self, tried: &Tried) -> IntegrateError {
-        let Tried { h, error, outcome, .. } = *tried;
+    fn no_step_is_small_enough(&mut self, tried: &TriedStep) -> IntegrateError {
+        let TriedStep { h, error, outcome, .. } = *tried;
         match outcome {
-            Err(Failed::Singular { row }) => self.singular_iteration(h, row),
-            Err(Failed::NotConverged { unknown }) => self.newton_diverged(h, unknown),
-            Err(Failed::NotFinite { t, what }) => self.evaluation_not_finite(t, what),
-            Err(Failed::Unsettled) => self.step_size_too_small(h),
+            Err(StepFailure::Singular { row }) => self.singular_iteration(h, row),
+            Err(StepFailure::NotConverged { unknown }) => self.newton_diverged(h, unknown),
+            Err(StepFailure::NotFinite { t, what }) => self.evaluation_not_finite(t, what),
+            Err(StepFailure::Unsettled) => self.step_size_too_small(h),
             Ok(()) if error.is_finite() => self.step_size_too_small(h),
             Ok(()) => self.not_finite(h),
         }

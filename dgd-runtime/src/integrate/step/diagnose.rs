@@ -4,16 +4,16 @@ use crate::algebraic::domain::domain_end;
 use crate::algebraic::readings::readings;
 use crate::error::{Evaluation, IntegrateError};
 use crate::integrate::methods::non_finite::NonFinite;
-use crate::integrate::methods::stepper::Trial;
+use crate::integrate::methods::stepper::StepTrial;
 use crate::integrate::simulation::{Simulation, base};
 use crate::linalg::norm::Tolerances;
 use crate::problem::Problem;
-use crate::solved::Solved;
-use crate::system::Point;
+use crate::solved::SolvableSystem;
+use crate::system::EvaluationPoint;
 
-impl<S: Solved> Simulation<'_, S> {
+impl<S: SolvableSystem> Simulation<'_, S> {
     pub(in crate::integrate) fn singular_iteration(&self, h: f64, row: usize) -> IntegrateError {
-        let equation = self.problem.system.signature().equations.at(row).to_string();
+        let equation = self.problem.system.signature().equations.get(row).to_string();
         IntegrateError::SingularIteration { t: self.t, h, equation }
     }
 
@@ -61,7 +61,7 @@ impl<S: Solved> Simulation<'_, S> {
         let z = self.discrete.z().to_vec();
         let mut evaluate = |t: f64, y: &[f64]| {
             let mut e = vec![0.0; n_e];
-            let point = Point { t, y, u: self.drive.at(t, y), p, z: &z };
+            let point = EvaluationPoint { t, y, u: self.drive.evaluate(t, y), p, z: &z };
             system.event_functions(point, &mut e);
             e
         };
@@ -78,7 +78,7 @@ impl<S: Solved> Simulation<'_, S> {
     pub(in crate::integrate) fn not_finite(&mut self, h: f64) -> IntegrateError {
         let base = base(self.problem, &self.algebraic, &self.discrete, self.t);
         let sizes = self.sizes.as_ref();
-        let trial = Trial { base, y: &self.y, h, sizes, tolerances: self.tolerances };
+        let trial = StepTrial { base, y: &self.y, h, sizes, tolerances: self.tolerances };
         match self.stepper.non_finite(trial, &mut self.drive, self.directions.as_mut()) {
             Some((t, what)) => self.evaluation_not_finite(t, what),
             // Evaluations are finite, but the solution overflows.
@@ -97,10 +97,10 @@ impl<S: Solved> Simulation<'_, S> {
         };
         let Problem { system, p, .. } = *self.problem;
         let signature = system.signature();
-        let equation = signature.equations.at(row).to_string();
+        let equation = signature.equations.get(row).to_string();
         let unknown = signature.unknowns.name(row).to_string();
-        let u = self.drive.at(self.t, self.y.as_ref());
-        let point = Point { t: self.t, y: self.y.as_ref(), u, p, z: self.discrete.z() };
+        let u = self.drive.evaluate(self.t, self.y.as_ref());
+        let point = EvaluationPoint { t: self.t, y: self.y.as_ref(), u, p, z: self.discrete.z() };
         let values = readings(system, point, row);
         let end = domain_end(system, point, row, self.sizes.as_ref()).map(Box::new);
         IntegrateError::NotFinite { t, equation, unknown, what, values, end }
@@ -127,12 +127,12 @@ impl<S: Solved> Simulation<'_, S> {
         let rows = masses.filter(|(_, mass)| **mass == 0.0).map(|(row, _)| row);
         let automata = &signature.discrete.automata;
         let slides = |row: usize| {
-            let name = signature.equations.at(row).to_string();
+            let name = signature.equations.get(row).to_string();
             automata.iter().any(|automaton| automaton.kind.has_surface() && *automaton.name == name)
         };
         // Declarations of the model itself come first.
         let row = rows.min_by_key(|row| slides(*row)).unwrap_or(0);
-        let (equation, slides) = (signature.equations.at(row).to_string(), slides(row));
+        let (equation, slides) = (signature.equations.get(row).to_string(), slides(row));
         IntegrateError::UnsuitedMethod { t: self.t, method: self.method.name, equation, slides }
     }
 }

@@ -6,13 +6,13 @@ use crate::integrate::simulation::{Simulation, multiply};
 use crate::linalg::norm::{larger, largest_block};
 use crate::problem::Problem;
 use crate::solution::Solution;
-use crate::solved::Solved;
-use crate::system::Point;
+use crate::solved::SolvableSystem;
+use crate::system::EvaluationPoint;
 
 /// Error constant C, typical of fifth-order methods. The resulting step is tried, not trusted.
 const ESTIMATE: f64 = 1e-3;
 
-impl<S: Solved> Simulation<'_, S> {
+impl<S: SolvableSystem> Simulation<'_, S> {
     /// A step from (t, y), where the stepper is linearised, over which a transient that starts with the current slope
     /// has an error near the tolerance; infinity if nothing is known about it.
     ///
@@ -58,9 +58,9 @@ impl<S: Solved> Simulation<'_, S> {
 
         let slope = &mut self.stepper.f;
         let slope_new = &mut self.stepper.y_new;
-        let u = self.drive.at(self.t, y);
+        let u = self.drive.evaluate(self.t, y);
         let z = self.discrete.z();
-        let point = Point { t: self.t, y, u, p, z };
+        let point = EvaluationPoint { t: self.t, y, u, p, z };
         let (mut d0, mut d1) = (size(y), 0.0_f64);
         if let Some(d) = &mut self.directions {
             system.sensitivity_rhs(point, d.s.as_ref(), slope.as_mut(), d.g.as_mut());
@@ -86,8 +86,8 @@ impl<S: Solved> Simulation<'_, S> {
         for ((euler, y), slope) in euler.iter_mut().zip(y).zip(slope.as_ref()) {
             *euler = y + h0 * slope;
         }
-        let u = self.drive.at(self.t + h0, euler);
-        let point = Point { t: self.t + h0, y: euler, u, p, z };
+        let u = self.drive.evaluate(self.t + h0, euler);
+        let point = EvaluationPoint { t: self.t + h0, y: euler, u, p, z };
         let mut change = 0.0_f64;
         if let Some(d) = &mut self.directions {
             for ((euler, s), g) in d.s_new.as_mut().iter_mut().zip(d.s.as_ref()).zip(d.g.as_ref()) {

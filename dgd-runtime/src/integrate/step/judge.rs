@@ -1,14 +1,14 @@
 //! Judges a step that has been tried.
 
 use crate::error::IntegrateError;
-use crate::integrate::methods::family::Judged;
-use crate::integrate::methods::stepper::Failed;
+use crate::integrate::methods::family::JudgedStep;
+use crate::integrate::methods::stepper::StepFailure;
 use crate::integrate::simulation::Simulation;
 use crate::linalg::norm::{larger, largest_block};
-use crate::solved::Solved;
+use crate::solved::SolvableSystem;
 
 /// A step that has been tried.
-pub(super) struct Tried {
+pub(super) struct TriedStep {
     /// Its size, and its end.
     pub(super) h: f64,
     pub(super) t_new: f64,
@@ -16,17 +16,17 @@ pub(super) struct Tried {
     pub(super) remaining: f64,
     /// The square of its error in units of the tolerance; NaN if it could not be evaluated.
     pub(super) error: f64,
-    pub(super) outcome: Result<(), Failed>,
+    pub(super) outcome: Result<(), StepFailure>,
 }
 
-impl Tried {
-    pub(super) fn judged(&self) -> Judged {
-        Judged { h: self.h, error: self.error }
+impl TriedStep {
+    pub(super) fn judged(&self) -> JudgedStep {
+        JudgedStep { h: self.h, error: self.error }
     }
 }
 
 /// The decision about a step.
-pub(super) enum Verdict {
+pub(super) enum StepVerdict {
     /// Its error is within the tolerance.
     Accept,
     /// Its error is within the tolerance, and at this fraction of it a transition is due or can be armed.
@@ -45,10 +45,15 @@ pub(super) enum Verdict {
     Fail,
 }
 
-impl<S: Solved> Simulation<'_, S> {
+impl<S: SolvableSystem> Simulation<'_, S> {
     /// Computes the error of the last tried step, of size h towards `end`.
     #[inline]
-    pub(super) fn tried(&mut self, h: f64, end: f64, outcome: Result<(), Failed>) -> Tried {
+    pub(super) fn tried(
+        &mut self,
+        h: f64,
+        end: f64,
+        outcome: Result<(), StepFailure>,
+    ) -> TriedStep {
         let error = match outcome {
             Ok(()) => self.error(),
             Err(_) => f64::NAN,
@@ -60,34 +65,34 @@ impl<S: Solved> Simulation<'_, S> {
         }
         let remaining = end - self.t;
         let t_new = if h < remaining { self.t + h } else { end };
-        Tried { h, t_new, remaining, error, outcome }
+        TriedStep { h, t_new, remaining, error, outcome }
     }
 
     /// Judges the last tried step.
     #[inline]
-    pub(super) fn judge(&mut self, tried: &Tried) -> Verdict {
-        let Tried { h, t_new, error, .. } = *tried;
+    pub(super) fn judge(&mut self, tried: &TriedStep) -> StepVerdict {
+        let TriedStep { h, t_new, error, .. } = *tried;
         // NaN compares false: a step that could not be evaluated is not accepted.
         if error <= 1.0 {
             if let Some(error) = self.reads_ahead(h) {
-                return Verdict::ReadsAhead(Box::new(error));
+                return StepVerdict::ReadsAhead(Box::new(error));
             }
             if self.reaches_mark(t_new) {
-                return Verdict::Mark;
+                return StepVerdict::Mark;
             }
             if S::FEATURES.events && self.discrete.has_transitions() {
                 return match self.watch(h, t_new) {
-                    Ok(None) => Verdict::Accept,
-                    Ok(Some(part)) => Verdict::Threshold { part },
-                    Err(error) => Verdict::Unresolved(Box::new(error)),
+                    Ok(None) => StepVerdict::Accept,
+                    Ok(Some(part)) => StepVerdict::Threshold { part },
+                    Err(error) => StepVerdict::Unresolved(Box::new(error)),
                 };
             }
-            return Verdict::Accept;
+            return StepVerdict::Accept;
         }
         if !error.is_finite() {
-            return Verdict::Fail;
+            return StepVerdict::Fail;
         }
-        if self.passes_corner(h, t_new) { Verdict::Corner } else { Verdict::Reject }
+        if self.passes_corner(h, t_new) { StepVerdict::Corner } else { StepVerdict::Reject }
     }
 
     /// Square of the local error of the last tried step, in units of the tolerance.

@@ -8,14 +8,14 @@ mod prepare;
 
 use crate::error::IntegrateError;
 use crate::integrate::controller::Controller;
-use crate::integrate::methods::stepper::{Failed, Trial};
-use crate::integrate::simulation::{Simulation, Stop, Variables, base};
+use crate::integrate::methods::stepper::{StepFailure, StepTrial};
+use crate::integrate::simulation::{Simulation, StepOutcome, StepVariables, base};
 use crate::linalg::sums;
 use crate::solution::Solution;
-use crate::solved::Solved;
-use judge::Verdict;
+use crate::solved::SolvableSystem;
+use judge::StepVerdict;
 
-impl<S: Solved> Simulation<'_, S> {
+impl<S: SolvableSystem> Simulation<'_, S> {
     /// Tries one step towards `end`, and records requested values if it is accepted.
     #[inline]
     pub(in crate::integrate) fn step(
@@ -27,28 +27,32 @@ impl<S: Solved> Simulation<'_, S> {
     ) -> Result<(), IntegrateError> {
         self.begin_sums();
         let h = self.prepare(controller, end, solution)?;
-        let outcome = self.try_step(h, Variables::All, solution);
+        let outcome = self.try_step(h, StepVariables::All, solution);
         let tried = self.tried(h, end, outcome);
         match self.judge(&tried) {
-            Verdict::Accept => {
+            StepVerdict::Accept => {
                 self.accept(tried.t_new, self.stop_at(tried.t_new), times, solution);
                 self.adapt_to_acceptance(&tried, controller);
                 self.reselect_states(solution)
             }
-            Verdict::Threshold { part } => {
+            StepVerdict::Threshold { part } => {
                 self.step_to_threshold(controller, h, part, tried.t_new, times, solution)
             }
-            Verdict::Unresolved(error) => Err(*error),
+            StepVerdict::Unresolved(error) => Err(*error),
             // The next step ends there.
-            Verdict::Mark => Ok(()),
-            Verdict::ReadsAhead(error) => self.step_less_far(&tried, *error, controller, solution),
-            Verdict::Corner => {
+            StepVerdict::Mark => Ok(()),
+            StepVerdict::ReadsAhead(error) => {
+                self.step_less_far(&tried, *error, controller, solution)
+            }
+            StepVerdict::Corner => {
                 if self.step_to_corner(h, tried.t_new, times, solution)? {
                     return Ok(());
                 }
                 self.reject(&tried, controller, times, solution)
             }
-            Verdict::Reject | Verdict::Fail => self.reject(&tried, controller, times, solution),
+            StepVerdict::Reject | StepVerdict::Fail => {
+                self.reject(&tried, controller, times, solution)
+            }
         }
     }
 
@@ -57,9 +61,9 @@ impl<S: Solved> Simulation<'_, S> {
     pub(in crate::integrate) fn try_step(
         &mut self,
         h: f64,
-        variables: Variables,
+        variables: StepVariables,
         solution: &mut Solution,
-    ) -> Result<(), Failed> {
+    ) -> Result<(), StepFailure> {
         self.forget_trial();
         self.attempt(h, variables, solution)?;
         self.close_step(h, variables, solution)
@@ -70,13 +74,13 @@ impl<S: Solved> Simulation<'_, S> {
     pub(in crate::integrate) fn attempt(
         &mut self,
         h: f64,
-        variables: Variables,
+        variables: StepVariables,
         solution: &mut Solution,
-    ) -> Result<(), Failed> {
+    ) -> Result<(), StepFailure> {
         let base = base(self.problem, &self.algebraic, &self.discrete, self.t);
         let sizes = self.sizes.as_ref();
-        let trial = Trial { base, y: &self.y, h, sizes, tolerances: self.tolerances };
-        let directions = self.directions.as_mut().filter(|_| variables == Variables::All);
+        let trial = StepTrial { base, y: &self.y, h, sizes, tolerances: self.tolerances };
+        let directions = self.directions.as_mut().filter(|_| variables == StepVariables::All);
         let statistics = &mut solution.statistics;
         let outcome = self.stepper.attempt(trial, &mut self.drive, directions, statistics);
         self.linearized &= !std::mem::take(&mut self.stepper.moved);
@@ -103,8 +107,8 @@ impl<S: Solved> Simulation<'_, S> {
 
     /// Whether inputs or modes change at the end of a step.
     #[inline]
-    fn stop_at(&self, t_new: f64) -> Stop {
-        if t_new == self.stop() { Stop::Change } else { Stop::None }
+    fn stop_at(&self, t_new: f64) -> StepOutcome {
+        if t_new == self.stop() { StepOutcome::Change } else { StepOutcome::None }
     }
 
     /// Records the requested times of an accepted step, and moves to its end.
@@ -112,7 +116,7 @@ impl<S: Solved> Simulation<'_, S> {
     pub(in crate::integrate) fn accept(
         &mut self,
         t_new: f64,
-        stop: Stop,
+        stop: StepOutcome,
         times: &[f64],
         solution: &mut Solution,
     ) {

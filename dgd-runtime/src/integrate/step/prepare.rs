@@ -3,14 +3,14 @@
 use crate::error::IntegrateError;
 use crate::integrate::controller::Controller;
 use crate::integrate::methods::rosenbrock::add_product;
-use crate::integrate::methods::stepper::At;
+use crate::integrate::methods::stepper::StepEnd;
 use crate::integrate::simulation::{Simulation, base};
 use crate::linalg::Factorisation;
 use crate::problem::Problem;
 use crate::solution::Solution;
-use crate::solved::Solved;
+use crate::solved::SolvableSystem;
 
-impl<S: Solved> Simulation<'_, S> {
+impl<S: SolvableSystem> Simulation<'_, S> {
     /// Prepares a step towards `end`, and proposes its size.
     #[inline]
     pub(super) fn prepare(
@@ -45,7 +45,7 @@ impl<S: Solved> Simulation<'_, S> {
         let with_sensitivities = self.stepper.traits.wants_all_derivatives();
         let base = base(self.problem, &self.algebraic, &self.discrete, self.t);
         let directions = self.directions.as_mut().filter(|_| with_sensitivities);
-        let directions = directions.map(|d| (d, At::Start));
+        let directions = directions.map(|d| (d, StepEnd::Start));
         self.stepper.linearize(base, &mut self.drive, self.y.as_ref(), directions);
         solution.statistics.linearizations += 1;
         self.linearized = true;
@@ -56,7 +56,7 @@ impl<S: Solved> Simulation<'_, S> {
         let Problem { system, .. } = *self.problem;
         let signature = system.signature();
         let base = base(self.problem, &self.algebraic, &self.discrete, self.t);
-        let directions = self.directions.as_mut().map(|d| (d, At::Start));
+        let directions = self.directions.as_mut().map(|d| (d, StepEnd::Start));
         self.stepper.linearize(base, &mut self.drive, self.y.as_ref(), directions);
         solution.statistics.linearizations += 1;
         self.linearized = true;

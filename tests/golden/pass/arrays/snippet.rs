@@ -1,6 +1,6 @@
 impl System for Model {
     #[inline]
-    fn rhs(&self, _at: ::dgd::__runtime::Point<'_>, _f: &mut [f64]) {
+    fn rhs(&self, _at: ::dgd::__runtime::EvaluationPoint<'_>, _f: &mut [f64]) {
         let _y = ::dgd::__runtime::codegen::fixed::<82>(_at.y);
         let _u = ::dgd::__runtime::codegen::fixed::<1>(_at.u);
         let _p = ::dgd::__runtime::codegen::fixed::<1>(_at.p);
@@ -38,7 +38,7 @@ impl System for Model {
     #[inline]
     fn linearize(
         &self,
-        _at: ::dgd::__runtime::Point<'_>,
+        _at: ::dgd::__runtime::EvaluationPoint<'_>,
         _udot: &[f64],
         _f: &mut [f64],
         _jacobian: &mut [f64],
@@ -95,7 +95,7 @@ impl System for Model {
         }
     }
     #[inline]
-    fn start(&self, _at: ::dgd::__runtime::Point<'_>, _y0: &mut [f64]) {
+    fn start(&self, _at: ::dgd::__runtime::EvaluationPoint<'_>, _y0: &mut [f64]) {
         let _y0 = ::dgd::__runtime::codegen::fixed_mut::<82>(_y0);
         _y0[0] = 1.0;
         for _k in 0..40 {

@@ -1,6 +1,6 @@
 impl System for Model {
     #[inline]
-    fn rhs(&self, _at: ::dgd::__runtime::Point<'_>, _f: &mut [f64]) {
+    fn rhs(&self, _at: ::dgd::__runtime::EvaluationPoint<'_>, _f: &mut [f64]) {
         let _y = ::dgd::__runtime::codegen::fixed::<3>(_at.y);
         let _u = ::dgd::__runtime::codegen::fixed::<1>(_at.u);
         let _p = ::dgd::__runtime::codegen::fixed::<3>(_at.p);
@@ -23,7 +23,7 @@ impl System for Model {
     #[inline]
     fn linearize(
         &self,
-        _at: ::dgd::__runtime::Point<'_>,
+        _at: ::dgd::__runtime::EvaluationPoint<'_>,
         _udot: &[f64],
         _f: &mut [f64],
         _jacobian: &mut [f64],

@@ -1,6 +1,6 @@
 impl System for Model {
     #[inline]
-    fn rhs(&self, _at: ::dgd::__runtime::Point<'_>, _f: &mut [f64]) {
+    fn rhs(&self, _at: ::dgd::__runtime::EvaluationPoint<'_>, _f: &mut [f64]) {
         let _y = ::dgd::__runtime::codegen::fixed::<3>(_at.y);
         let _u = ::dgd::__runtime::codegen::fixed::<1>(_at.u);
         let _p = ::dgd::__runtime::codegen::fixed::<4>(_at.p);
@@ -19,7 +19,7 @@ impl System for Model {
         *::dgd::__runtime::codegen::fixed_mut::<3>(_f) = [_row_0, _row_1, _row_2];
     }
     #[inline]
-    fn outputs(&self, _at: ::dgd::__runtime::Point<'_>, _w: &mut [f64]) {
+    fn outputs(&self, _at: ::dgd::__runtime::EvaluationPoint<'_>, _w: &mut [f64]) {
         let _y = ::dgd::__runtime::codegen::fixed::<3>(_at.y);
         let _p = ::dgd::__runtime::codegen::fixed::<4>(_at.p);
         let k = _p[0];
@@ -33,11 +33,11 @@ impl System for Model {
     #[inline]
     fn taylor(
         &self,
-        _at: ::dgd::__runtime::Point<'_>,
+        _at: ::dgd::__runtime::EvaluationPoint<'_>,
         _udot: &[f64],
         _h: f64,
         _order: usize,
-        _kept: &mut [::dgd::__runtime::taylor::Terms],
+        _kept: &mut [::dgd::__runtime::taylor::SeriesTerms],
         _series: &mut [f64],
     ) {
         let _y = ::dgd::__runtime::codegen::fixed::<3>(_at.y);

@@ -1,6 +1,6 @@
 impl System for Model {
     #[inline]
-    fn rhs(&self, _at: ::dgd::__runtime::Point<'_>, _f: &mut [f64]) {
+    fn rhs(&self, _at: ::dgd::__runtime::EvaluationPoint<'_>, _f: &mut [f64]) {
         let _y = ::dgd::__runtime::codegen::fixed::<4>(_at.y);
         let _p = ::dgd::__runtime::codegen::fixed::<2>(_at.p);
         let _z = ::dgd::__runtime::codegen::fixed::<2>(_at.z);
@@ -53,7 +53,7 @@ impl System for Model {
         ];
     }
     #[inline]
-    fn event_functions(&self, _at: ::dgd::__runtime::Point<'_>, _e: &mut [f64]) {
+    fn event_functions(&self, _at: ::dgd::__runtime::EvaluationPoint<'_>, _e: &mut [f64]) {
         let _y = ::dgd::__runtime::codegen::fixed::<4>(_at.y);
         let _z = ::dgd::__runtime::codegen::fixed::<2>(_at.z);
         let v = _y[2];
@@ -88,7 +88,7 @@ impl System for Model {
         ];
     }
     #[inline]
-    fn outputs(&self, _at: ::dgd::__runtime::Point<'_>, _w: &mut [f64]) {
+    fn outputs(&self, _at: ::dgd::__runtime::EvaluationPoint<'_>, _w: &mut [f64]) {
         let _y = ::dgd::__runtime::codegen::fixed::<4>(_at.y);
         let v = _y[2];
         let h_1 = _y[0];

@@ -1,6 +1,6 @@
 impl System for Model {
     #[inline]
-    fn rhs(&self, _at: ::dgd::__runtime::Point<'_>, _f: &mut [f64]) {
+    fn rhs(&self, _at: ::dgd::__runtime::EvaluationPoint<'_>, _f: &mut [f64]) {
         let _y = ::dgd::__runtime::codegen::fixed::<8>(_at.y);
         let _z = ::dgd::__runtime::codegen::fixed::<1>(_at.z);
         let v_x = _y[2];
@@ -47,7 +47,7 @@ impl System for Model {
         ];
     }
     #[inline]
-    fn mass(&self, _at: ::dgd::__runtime::Point<'_>, _mass: &mut [f64]) {
+    fn mass(&self, _at: ::dgd::__runtime::EvaluationPoint<'_>, _mass: &mut [f64]) {
         let _z = ::dgd::__runtime::codegen::fixed::<1>(_at.z);
         let _v4 = (_z[0] < 0.5);
         let _v5 = if _v4 { 1.0 } else { 0.0 };
@@ -64,7 +64,7 @@ impl System for Model {
         ];
     }
     #[inline]
-    fn event_functions(&self, _at: ::dgd::__runtime::Point<'_>, _e: &mut [f64]) {
+    fn event_functions(&self, _at: ::dgd::__runtime::EvaluationPoint<'_>, _e: &mut [f64]) {
         let _y = ::dgd::__runtime::codegen::fixed::<8>(_at.y);
         let x = _y[0];
         let y = _y[1];

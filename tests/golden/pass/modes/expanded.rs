@@ -343,7 +343,7 @@ pub mod tank {
             &SIGNATURE
         }
         #[inline]
-        fn rhs(&self, _at: ::dgd::__runtime::Point<'_>, _f: &mut [f64]) {
+        fn rhs(&self, _at: ::dgd::__runtime::EvaluationPoint<'_>, _f: &mut [f64]) {
             let _y = ::dgd::__runtime::codegen::fixed::<2>(_at.y);
             let _u = ::dgd::__runtime::codegen::fixed::<1>(_at.u);
             let _p = ::dgd::__runtime::codegen::fixed::<3>(_at.p);
@@ -364,7 +364,7 @@ pub mod tank {
         #[inline]
         fn linearize(
             &self,
-            _at: ::dgd::__runtime::Point<'_>,
+            _at: ::dgd::__runtime::EvaluationPoint<'_>,
             _udot: &[f64],
             _f: &mut [f64],
             _jacobian: &mut [f64],
@@ -399,7 +399,7 @@ pub mod tank {
         #[inline]
         fn sensitivity_rhs(
             &self,
-            _at: ::dgd::__runtime::Point<'_>,
+            _at: ::dgd::__runtime::EvaluationPoint<'_>,
             _s: &[f64],
             _f: &mut [f64],
             _g: &mut [f64],
@@ -434,7 +434,7 @@ pub mod tank {
         #[inline]
         fn sensitivity_linearize(
             &self,
-            _at: ::dgd::__runtime::Point<'_>,
+            _at: ::dgd::__runtime::EvaluationPoint<'_>,
             _udot: &[f64],
             _s: &[f64],
             _f: &mut [f64],
@@ -490,7 +490,7 @@ pub mod tank {
         #[inline]
         fn parameter_jacobian(
             &self,
-            _at: ::dgd::__runtime::Point<'_>,
+            _at: ::dgd::__runtime::EvaluationPoint<'_>,
             _values: &mut [f64],
         ) {
             let _z = ::dgd::__runtime::codegen::fixed::<2>(_at.z);
@@ -499,7 +499,7 @@ pub mod tank {
             ];
         }
         #[inline]
-        fn input_jacobian(&self, _at: ::dgd::__runtime::Point<'_>, _values: &mut [f64]) {
+        fn input_jacobian(&self, _at: ::dgd::__runtime::EvaluationPoint<'_>, _values: &mut [f64]) {
             let _z = ::dgd::__runtime::codegen::fixed::<2>(_at.z);
             let _v4 = (_z[0] < 0.5);
             *::dgd::__runtime::codegen::fixed_mut::<2>(_values) = [
@@ -510,13 +510,13 @@ pub mod tank {
         #[inline]
         fn time_derivative(
             &self,
-            _at: ::dgd::__runtime::Point<'_>,
+            _at: ::dgd::__runtime::EvaluationPoint<'_>,
             _values: &mut [f64],
         ) {
             *::dgd::__runtime::codegen::fixed_mut::<2>(_values) = [0.0, 0.0];
         }
         #[inline]
-        fn outputs(&self, _at: ::dgd::__runtime::Point<'_>, _w: &mut [f64]) {
+        fn outputs(&self, _at: ::dgd::__runtime::EvaluationPoint<'_>, _w: &mut [f64]) {
             let _y = ::dgd::__runtime::codegen::fixed::<2>(_at.y);
             let h = _y[0];
             *::dgd::__runtime::codegen::fixed_mut::<1>(_w) = [h];
@@ -524,7 +524,7 @@ pub mod tank {
         #[inline]
         fn output_jacobians(
             &self,
-            _at: ::dgd::__runtime::Point<'_>,
+            _at: ::dgd::__runtime::EvaluationPoint<'_>,
             _dwdy: &mut [f64],
             _dwdu: &mut [f64],
             _dwdp: &mut [f64],
@@ -538,7 +538,7 @@ pub mod tank {
         #[inline]
         fn output_sensitivities(
             &self,
-            _at: ::dgd::__runtime::Point<'_>,
+            _at: ::dgd::__runtime::EvaluationPoint<'_>,
             _s: &[f64],
             _w: &mut [f64],
             _dw: &mut [f64],
@@ -550,13 +550,13 @@ pub mod tank {
             *::dgd::__runtime::codegen::fixed_mut::<3>(_dw) = [_s[0], _s[2], _s[4]];
         }
         #[inline]
-        fn start(&self, _at: ::dgd::__runtime::Point<'_>, _y0: &mut [f64]) {
+        fn start(&self, _at: ::dgd::__runtime::EvaluationPoint<'_>, _y0: &mut [f64]) {
             *::dgd::__runtime::codegen::fixed_mut::<2>(_y0) = [1.0, 0.0];
         }
         #[inline]
         fn start_sensitivities(
             &self,
-            _at: ::dgd::__runtime::Point<'_>,
+            _at: ::dgd::__runtime::EvaluationPoint<'_>,
             _s0: &mut [f64],
         ) {
             *::dgd::__runtime::codegen::fixed_mut::<6>(_s0) = [
@@ -569,7 +569,7 @@ pub mod tank {
             ];
         }
         #[inline]
-        fn mass(&self, _at: ::dgd::__runtime::Point<'_>, _mass: &mut [f64]) {
+        fn mass(&self, _at: ::dgd::__runtime::EvaluationPoint<'_>, _mass: &mut [f64]) {
             let _z = ::dgd::__runtime::codegen::fixed::<2>(_at.z);
             *::dgd::__runtime::codegen::fixed_mut::<2>(_mass) = [
                 if (_z[0] < 0.5) { 1.0 } else { 0.0 },
@@ -579,7 +579,7 @@ pub mod tank {
         #[inline]
         fn condition_times(
             &self,
-            _at: ::dgd::__runtime::Point<'_>,
+            _at: ::dgd::__runtime::EvaluationPoint<'_>,
             _times: &mut [f64],
             _after: &mut [f64],
         ) {
@@ -591,13 +591,13 @@ pub mod tank {
         #[inline]
         fn condition_time_sensitivities(
             &self,
-            _at: ::dgd::__runtime::Point<'_>,
+            _at: ::dgd::__runtime::EvaluationPoint<'_>,
             _dtimes: &mut [f64],
         ) {
             *::dgd::__runtime::codegen::fixed_mut::<3>(_dtimes) = [0.0, 1.0, 0.0];
         }
         #[inline]
-        fn event_functions(&self, _at: ::dgd::__runtime::Point<'_>, _e: &mut [f64]) {
+        fn event_functions(&self, _at: ::dgd::__runtime::EvaluationPoint<'_>, _e: &mut [f64]) {
             let _y = ::dgd::__runtime::codegen::fixed::<2>(_at.y);
             let _p = ::dgd::__runtime::codegen::fixed::<3>(_at.p);
             let q = _y[1];
@@ -608,7 +608,7 @@ pub mod tank {
         #[inline]
         fn event_derivatives(
             &self,
-            _at: ::dgd::__runtime::Point<'_>,
+            _at: ::dgd::__runtime::EvaluationPoint<'_>,
             _udot: &[f64],
             _de: &mut [f64],
             _dedy: &mut [f64],
@@ -619,7 +619,7 @@ pub mod tank {
             *::dgd::__runtime::codegen::fixed_mut::<2>(_dedt) = [0.0, 0.0];
         }
         #[inline]
-        fn resets(&self, _at: ::dgd::__runtime::Point<'_>, _r: &mut [f64]) {
+        fn resets(&self, _at: ::dgd::__runtime::EvaluationPoint<'_>, _r: &mut [f64]) {
             let _y = ::dgd::__runtime::codegen::fixed::<2>(_at.y);
             let _p = ::dgd::__runtime::codegen::fixed::<3>(_at.p);
             let h = _y[0];
@@ -629,7 +629,7 @@ pub mod tank {
         #[inline]
         fn reset_derivatives(
             &self,
-            _at: ::dgd::__runtime::Point<'_>,
+            _at: ::dgd::__runtime::EvaluationPoint<'_>,
             _udot: &[f64],
             _dr: &mut [f64],
             _drdy: &mut [f64],
@@ -644,19 +644,19 @@ pub mod tank {
             &self,
         ) -> ::core::result::Result<
             ::dgd::__runtime::taylor::KeptSeries,
-            ::dgd::__runtime::taylor::NoTaylor,
+            ::dgd::__runtime::taylor::NoTaylorSeries,
         > {
-            ::core::result::Result::Err(::dgd::__runtime::taylor::NoTaylor::Algebraic)
+            ::core::result::Result::Err(::dgd::__runtime::taylor::NoTaylorSeries::Algebraic)
         }
     }
     #[automatically_derived]
-    impl ::dgd::__runtime::Solved for Model {
+    impl ::dgd::__runtime::SolvableSystem for Model {
         type Factorisation = ::dgd::__runtime::linalg::FixedLu<2>;
         fn integrate(
             problem: &::dgd::__runtime::Problem<'_, Self>,
             times: &[f64],
             options: &::dgd::__runtime::Options,
-            wanted: ::dgd::__runtime::Wanted<'_>,
+            wanted: ::dgd::__runtime::WantedResults<'_>,
         ) -> ::core::result::Result<
             ::dgd::__runtime::Solution,
             ::dgd::__runtime::Failure,

@@ -286,7 +286,7 @@ pub mod spring {
             &SIGNATURE
         }
         #[inline]
-        fn rhs(&self, _at: ::dgd::__runtime::Point<'_>, _f: &mut [f64]) {
+        fn rhs(&self, _at: ::dgd::__runtime::EvaluationPoint<'_>, _f: &mut [f64]) {
             let _y = ::dgd::__runtime::codegen::fixed::<2>(_at.y);
             let _u = ::dgd::__runtime::codegen::fixed::<1>(_at.u);
             let _p = ::dgd::__runtime::codegen::fixed::<2>(_at.p);
@@ -304,7 +304,7 @@ pub mod spring {
         #[inline]
         fn linearize(
             &self,
-            _at: ::dgd::__runtime::Point<'_>,
+            _at: ::dgd::__runtime::EvaluationPoint<'_>,
             _udot: &[f64],
             _f: &mut [f64],
             _jacobian: &mut [f64],
@@ -333,7 +333,7 @@ pub mod spring {
         #[inline]
         fn sensitivity_rhs(
             &self,
-            _at: ::dgd::__runtime::Point<'_>,
+            _at: ::dgd::__runtime::EvaluationPoint<'_>,
             _s: &[f64],
             _f: &mut [f64],
             _g: &mut [f64],
@@ -363,7 +363,7 @@ pub mod spring {
         #[inline]
         fn sensitivity_linearize(
             &self,
-            _at: ::dgd::__runtime::Point<'_>,
+            _at: ::dgd::__runtime::EvaluationPoint<'_>,
             _udot: &[f64],
             _s: &[f64],
             _f: &mut [f64],
@@ -403,7 +403,7 @@ pub mod spring {
         #[inline]
         fn parameter_jacobian(
             &self,
-            _at: ::dgd::__runtime::Point<'_>,
+            _at: ::dgd::__runtime::EvaluationPoint<'_>,
             _values: &mut [f64],
         ) {
             let _y = ::dgd::__runtime::codegen::fixed::<2>(_at.y);
@@ -412,19 +412,19 @@ pub mod spring {
             *::dgd::__runtime::codegen::fixed_mut::<2>(_values) = [-0.5 * x, -0.5 * v];
         }
         #[inline]
-        fn input_jacobian(&self, _at: ::dgd::__runtime::Point<'_>, _values: &mut [f64]) {
+        fn input_jacobian(&self, _at: ::dgd::__runtime::EvaluationPoint<'_>, _values: &mut [f64]) {
             *::dgd::__runtime::codegen::fixed_mut::<1>(_values) = [0.5];
         }
         #[inline]
         fn time_derivative(
             &self,
-            _at: ::dgd::__runtime::Point<'_>,
+            _at: ::dgd::__runtime::EvaluationPoint<'_>,
             _values: &mut [f64],
         ) {
             *::dgd::__runtime::codegen::fixed_mut::<2>(_values) = [0.0, 0.0];
         }
         #[inline]
-        fn outputs(&self, _at: ::dgd::__runtime::Point<'_>, _w: &mut [f64]) {
+        fn outputs(&self, _at: ::dgd::__runtime::EvaluationPoint<'_>, _w: &mut [f64]) {
             let _y = ::dgd::__runtime::codegen::fixed::<2>(_at.y);
             let _p = ::dgd::__runtime::codegen::fixed::<2>(_at.p);
             let v = _y[1];
@@ -438,7 +438,7 @@ pub mod spring {
         #[inline]
         fn output_jacobians(
             &self,
-            _at: ::dgd::__runtime::Point<'_>,
+            _at: ::dgd::__runtime::EvaluationPoint<'_>,
             _dwdy: &mut [f64],
             _dwdu: &mut [f64],
             _dwdp: &mut [f64],
@@ -461,7 +461,7 @@ pub mod spring {
         #[inline]
         fn output_sensitivities(
             &self,
-            _at: ::dgd::__runtime::Point<'_>,
+            _at: ::dgd::__runtime::EvaluationPoint<'_>,
             _s: &[f64],
             _w: &mut [f64],
             _dw: &mut [f64],
@@ -485,13 +485,13 @@ pub mod spring {
             ];
         }
         #[inline]
-        fn start(&self, _at: ::dgd::__runtime::Point<'_>, _y0: &mut [f64]) {
+        fn start(&self, _at: ::dgd::__runtime::EvaluationPoint<'_>, _y0: &mut [f64]) {
             *::dgd::__runtime::codegen::fixed_mut::<2>(_y0) = [0.1, 0.0];
         }
         #[inline]
         fn start_sensitivities(
             &self,
-            _at: ::dgd::__runtime::Point<'_>,
+            _at: ::dgd::__runtime::EvaluationPoint<'_>,
             _s0: &mut [f64],
         ) {
             *::dgd::__runtime::codegen::fixed_mut::<4>(_s0) = [0.0, 0.0, 0.0, 0.0];
@@ -501,7 +501,7 @@ pub mod spring {
             &self,
         ) -> ::core::result::Result<
             ::dgd::__runtime::taylor::KeptSeries,
-            ::dgd::__runtime::taylor::NoTaylor,
+            ::dgd::__runtime::taylor::NoTaylorSeries,
         > {
             ::core::result::Result::Ok(::dgd::__runtime::taylor::KeptSeries {
                 unknowns: 0,
@@ -512,11 +512,11 @@ pub mod spring {
         #[inline]
         fn taylor(
             &self,
-            _at: ::dgd::__runtime::Point<'_>,
+            _at: ::dgd::__runtime::EvaluationPoint<'_>,
             _udot: &[f64],
             _h: f64,
             _order: usize,
-            _kept: &mut [::dgd::__runtime::taylor::Terms],
+            _kept: &mut [::dgd::__runtime::taylor::SeriesTerms],
             _series: &mut [f64],
         ) {
             let _y = ::dgd::__runtime::codegen::fixed::<2>(_at.y);
@@ -553,11 +553,11 @@ pub mod spring {
         #[inline]
         fn sensitivity_taylor(
             &self,
-            _at: ::dgd::__runtime::Point<'_>,
+            _at: ::dgd::__runtime::EvaluationPoint<'_>,
             _udot: &[f64],
             _h: f64,
             _order: usize,
-            _kept: &mut [::dgd::__runtime::taylor::Terms],
+            _kept: &mut [::dgd::__runtime::taylor::SeriesTerms],
             _series: &mut [f64],
             _s: &mut [f64],
         ) {
@@ -624,13 +624,13 @@ pub mod spring {
         }
     }
     #[automatically_derived]
-    impl ::dgd::__runtime::Solved for Model {
+    impl ::dgd::__runtime::SolvableSystem for Model {
         type Factorisation = ::dgd::__runtime::linalg::FixedLu<2>;
         fn integrate(
             problem: &::dgd::__runtime::Problem<'_, Self>,
             times: &[f64],
             options: &::dgd::__runtime::Options,
-            wanted: ::dgd::__runtime::Wanted<'_>,
+            wanted: ::dgd::__runtime::WantedResults<'_>,
         ) -> ::core::result::Result<
             ::dgd::__runtime::Solution,
             ::dgd::__runtime::Failure,

@@ -1,6 +1,6 @@
 impl System for Model {
     #[inline]
-    fn rhs(&self, _at: ::dgd::__runtime::Point<'_>, _f: &mut [f64]) {
+    fn rhs(&self, _at: ::dgd::__runtime::EvaluationPoint<'_>, _f: &mut [f64]) {
         let _y = ::dgd::__runtime::codegen::fixed::<2>(_at.y);
         let _u = ::dgd::__runtime::codegen::fixed::<1>(_at.u);
         let _p = ::dgd::__runtime::codegen::fixed::<2>(_at.p);
@@ -36,7 +36,7 @@ impl System for Model {
         >(self, _at, _udot, _f, _jacobian, _dfdt);
     }
     #[inline]
-    fn outputs(&self, _at: ::dgd::__runtime::Point<'_>, _w: &mut [f64]) {
+    fn outputs(&self, _at: ::dgd::__runtime::EvaluationPoint<'_>, _w: &mut [f64]) {
         let _y = ::dgd::__runtime::codegen::fixed::<2>(_at.y);
         let _p = ::dgd::__runtime::codegen::fixed::<2>(_at.p);
         let k = _p[0];

@@ -593,7 +593,7 @@ pub mod tables {
             &SIGNATURE
         }
         #[inline]
-        fn rhs(&self, _at: ::dgd::__runtime::Point<'_>, _f: &mut [f64]) {
+        fn rhs(&self, _at: ::dgd::__runtime::EvaluationPoint<'_>, _f: &mut [f64]) {
             let _y = ::dgd::__runtime::codegen::fixed::<2>(_at.y);
             let _p = ::dgd::__runtime::codegen::fixed::<1>(_at.p);
             let x = _y[0];
@@ -611,7 +611,7 @@ pub mod tables {
         #[inline]
         fn linearize(
             &self,
-            _at: ::dgd::__runtime::Point<'_>,
+            _at: ::dgd::__runtime::EvaluationPoint<'_>,
             _udot: &[f64],
             _f: &mut [f64],
             _jacobian: &mut [f64],
@@ -643,7 +643,7 @@ pub mod tables {
         #[inline]
         fn sensitivity_rhs(
             &self,
-            _at: ::dgd::__runtime::Point<'_>,
+            _at: ::dgd::__runtime::EvaluationPoint<'_>,
             _s: &[f64],
             _f: &mut [f64],
             _g: &mut [f64],
@@ -674,7 +674,7 @@ pub mod tables {
         #[inline]
         fn sensitivity_linearize(
             &self,
-            _at: ::dgd::__runtime::Point<'_>,
+            _at: ::dgd::__runtime::EvaluationPoint<'_>,
             _udot: &[f64],
             _s: &[f64],
             _f: &mut [f64],
@@ -724,7 +724,7 @@ pub mod tables {
         #[inline]
         fn parameter_jacobian(
             &self,
-            _at: ::dgd::__runtime::Point<'_>,
+            _at: ::dgd::__runtime::EvaluationPoint<'_>,
             _values: &mut [f64],
         ) {
             let _y = ::dgd::__runtime::codegen::fixed::<2>(_at.y);
@@ -736,25 +736,25 @@ pub mod tables {
             ];
         }
         #[inline]
-        fn input_jacobian(&self, _at: ::dgd::__runtime::Point<'_>, _values: &mut [f64]) {
+        fn input_jacobian(&self, _at: ::dgd::__runtime::EvaluationPoint<'_>, _values: &mut [f64]) {
             *::dgd::__runtime::codegen::fixed_mut::<0>(_values) = [];
         }
         #[inline]
         fn time_derivative(
             &self,
-            _at: ::dgd::__runtime::Point<'_>,
+            _at: ::dgd::__runtime::EvaluationPoint<'_>,
             _values: &mut [f64],
         ) {
             *::dgd::__runtime::codegen::fixed_mut::<2>(_values) = [0.0, 0.0];
         }
         #[inline]
-        fn outputs(&self, _at: ::dgd::__runtime::Point<'_>, _w: &mut [f64]) {
+        fn outputs(&self, _at: ::dgd::__runtime::EvaluationPoint<'_>, _w: &mut [f64]) {
             *::dgd::__runtime::codegen::fixed_mut::<0>(_w) = [];
         }
         #[inline]
         fn output_jacobians(
             &self,
-            _at: ::dgd::__runtime::Point<'_>,
+            _at: ::dgd::__runtime::EvaluationPoint<'_>,
             _dwdy: &mut [f64],
             _dwdu: &mut [f64],
             _dwdp: &mut [f64],
@@ -768,7 +768,7 @@ pub mod tables {
         #[inline]
         fn output_sensitivities(
             &self,
-            _at: ::dgd::__runtime::Point<'_>,
+            _at: ::dgd::__runtime::EvaluationPoint<'_>,
             _s: &[f64],
             _w: &mut [f64],
             _dw: &mut [f64],
@@ -777,23 +777,23 @@ pub mod tables {
             *::dgd::__runtime::codegen::fixed_mut::<0>(_dw) = [];
         }
         #[inline]
-        fn start(&self, _at: ::dgd::__runtime::Point<'_>, _y0: &mut [f64]) {
+        fn start(&self, _at: ::dgd::__runtime::EvaluationPoint<'_>, _y0: &mut [f64]) {
             *::dgd::__runtime::codegen::fixed_mut::<2>(_y0) = [0.5, 1000.0];
         }
         #[inline]
         fn start_sensitivities(
             &self,
-            _at: ::dgd::__runtime::Point<'_>,
+            _at: ::dgd::__runtime::EvaluationPoint<'_>,
             _s0: &mut [f64],
         ) {
             *::dgd::__runtime::codegen::fixed_mut::<2>(_s0) = [0.0, 0.0];
         }
         #[inline]
-        fn mass(&self, _at: ::dgd::__runtime::Point<'_>, _mass: &mut [f64]) {
+        fn mass(&self, _at: ::dgd::__runtime::EvaluationPoint<'_>, _mass: &mut [f64]) {
             *::dgd::__runtime::codegen::fixed_mut::<2>(_mass) = [1.0, 1.0];
         }
         #[inline]
-        fn event_functions(&self, _at: ::dgd::__runtime::Point<'_>, _e: &mut [f64]) {
+        fn event_functions(&self, _at: ::dgd::__runtime::EvaluationPoint<'_>, _e: &mut [f64]) {
             let _y = ::dgd::__runtime::codegen::fixed::<2>(_at.y);
             let _z = ::dgd::__runtime::codegen::fixed::<3>(_at.z);
             let x = _y[0];
@@ -811,7 +811,7 @@ pub mod tables {
         #[inline]
         fn event_derivatives(
             &self,
-            _at: ::dgd::__runtime::Point<'_>,
+            _at: ::dgd::__runtime::EvaluationPoint<'_>,
             _udot: &[f64],
             _de: &mut [f64],
             _dedy: &mut [f64],
@@ -840,13 +840,13 @@ pub mod tables {
             ];
         }
         #[inline]
-        fn resets(&self, _at: ::dgd::__runtime::Point<'_>, _r: &mut [f64]) {
+        fn resets(&self, _at: ::dgd::__runtime::EvaluationPoint<'_>, _r: &mut [f64]) {
             *::dgd::__runtime::codegen::fixed_mut::<0>(_r) = [];
         }
         #[inline]
         fn reset_derivatives(
             &self,
-            _at: ::dgd::__runtime::Point<'_>,
+            _at: ::dgd::__runtime::EvaluationPoint<'_>,
             _udot: &[f64],
             _dr: &mut [f64],
             _drdy: &mut [f64],
@@ -861,7 +861,7 @@ pub mod tables {
             &self,
         ) -> ::core::result::Result<
             ::dgd::__runtime::taylor::KeptSeries,
-            ::dgd::__runtime::taylor::NoTaylor,
+            ::dgd::__runtime::taylor::NoTaylorSeries,
         > {
             ::core::result::Result::Ok(::dgd::__runtime::taylor::KeptSeries {
                 unknowns: 12,
@@ -872,11 +872,11 @@ pub mod tables {
         #[inline]
         fn taylor(
             &self,
-            _at: ::dgd::__runtime::Point<'_>,
+            _at: ::dgd::__runtime::EvaluationPoint<'_>,
             _udot: &[f64],
             _h: f64,
             _order: usize,
-            _kept: &mut [::dgd::__runtime::taylor::Terms],
+            _kept: &mut [::dgd::__runtime::taylor::SeriesTerms],
             _series: &mut [f64],
         ) {
             let _y = ::dgd::__runtime::codegen::fixed::<2>(_at.y);
@@ -971,11 +971,11 @@ pub mod tables {
         #[inline]
         fn sensitivity_taylor(
             &self,
-            _at: ::dgd::__runtime::Point<'_>,
+            _at: ::dgd::__runtime::EvaluationPoint<'_>,
             _udot: &[f64],
             _h: f64,
             _order: usize,
-            _kept: &mut [::dgd::__runtime::taylor::Terms],
+            _kept: &mut [::dgd::__runtime::taylor::SeriesTerms],
             _series: &mut [f64],
             _s: &mut [f64],
         ) {
@@ -1098,13 +1098,13 @@ pub mod tables {
         }
     }
     #[automatically_derived]
-    impl ::dgd::__runtime::Solved for Model {
+    impl ::dgd::__runtime::SolvableSystem for Model {
         type Factorisation = ::dgd::__runtime::linalg::FixedLu<2>;
         fn integrate(
             problem: &::dgd::__runtime::Problem<'_, Self>,
             times: &[f64],
             options: &::dgd::__runtime::Options,
-            wanted: ::dgd::__runtime::Wanted<'_>,
+            wanted: ::dgd::__runtime::WantedResults<'_>,
         ) -> ::core::result::Result<
             ::dgd::__runtime::Solution,
             ::dgd::__runtime::Failure,

@@ -5,8 +5,8 @@ mod perform;
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use dgd_data::files::Files;
-use dgd_identify::{Of, Progress, Watch};
+use dgd_data::files::ResultFolder;
+use dgd_identify::{Monitor, Progress, Total};
 use dgd_job::work::{self, Plan, Share, Task};
 use dgd_job::{
     Identity, Job, JobError, Names, Program, State, Status, Store, fleet, is_elsewhere, status,
@@ -103,7 +103,7 @@ fn compute(args: &JobRunArgs, console: Console<'_>) -> Result<(), CommandError> 
     let display = ProgressDisplay::new(console, Interrupt::Ends(how_to_go_on));
     display.begins(true);
     let heard =
-        |done, all| display.advanced(Progress { what: "pieces", done, of: Of::Exactly(all) });
+        |done, all| display.advanced(Progress { what: "pieces", done, of: Total::Exactly(all) });
     let tally = work::run(&plan, &heard);
     display.ends();
     let tally = tally?;
@@ -153,7 +153,7 @@ fn report(args: &JobPlaceArgs, console: Console<'_>) -> Result<(), CommandError>
     let fleet = fleet::collect(&job, &store, &identity)?;
     let saved = match console.out() {
         Some(_) => Saved::Folder {
-            files: Files {
+            files: ResultFolder {
                 written: fleet.files(&command_line()),
                 removed: fleet.stale(console.out()),
             },

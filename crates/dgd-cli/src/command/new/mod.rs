@@ -10,8 +10,8 @@ use std::fs;
 use std::io::Read;
 use std::path::Path;
 
-use dgd_data::files::{Files, write_folder};
-use dgd_data::{Disk, FileSystem, decompressed};
+use dgd_data::files::{ResultFolder, write_folder};
+use dgd_data::{DiskFiles, FileSystem, decompressed};
 
 use crate::args::NewArgs;
 use crate::console::Console;
@@ -65,7 +65,7 @@ fn bytes_of(path: &Path) -> Result<Vec<u8>, CommandError> {
     let failed =
         |why: String| CommandError::Found(format!("cannot read `{}`: {why}", path.display()));
     let mut bytes = Vec::new();
-    let file = Disk.open(path).map_err(failed)?;
+    let file = DiskFiles.open(path).map_err(failed)?;
     let file = decompressed(file).map_err(|error| failed(error.to_string()))?;
     file.take(MOST_BYTES + 1).read_to_end(&mut bytes).map_err(|error| failed(error.to_string()))?;
     if bytes.len() as u64 > MOST_BYTES {
@@ -75,7 +75,7 @@ fn bytes_of(path: &Path) -> Result<Vec<u8>, CommandError> {
 }
 
 /// The files of a template's project.
-fn of_template(template: &Template) -> Files {
+fn of_template(template: &Template) -> ResultFolder {
     let Template { about, model, text, effects, recordings: [train, valid], truth, .. } = template;
     let title = format!("# {model}\n\n{about}\n\n");
     let story = "The model is right but for one effect that the recordings have and it lacks. Five commands find it:\n\n";
@@ -93,7 +93,7 @@ fn of_template(template: &Template) -> Files {
     written.extend(
         effects.map(|(name, text)| (format!("effects/{name}.dgd"), text.as_bytes().to_vec())),
     );
-    Files { written, removed: Vec::new() }
+    ResultFolder { written, removed: Vec::new() }
 }
 
 /// Five commands to try next; the last plots the result on the recording that it was fitted to.

@@ -1,7 +1,7 @@
 //! Converts names of columns to names of a model.
 
 use dgd_compiler::diagnostics::Diagnostics;
-use dgd_compiler::source::{Source, Sources};
+use dgd_compiler::source::{SourceMap, SourceText};
 use dgd_compiler::syntax::parse;
 
 /// The valid name closest to a text, for this kind of item.
@@ -31,8 +31,8 @@ fn is_name(name: &str, keyword: &str) -> bool {
     } else {
         format!("model m\n{keyword} {name} [1]\n")
     };
-    let (mut sources, mut diagnostics) = (Sources::default(), Diagnostics::default());
-    let id = sources.add(Source { name: String::new(), text });
+    let (mut sources, mut diagnostics) = (SourceMap::default(), Diagnostics::default());
+    let id = sources.add(SourceText { name: String::new(), text });
     parse(id, &sources, &mut diagnostics).is_ok()
 }
 

@@ -11,11 +11,11 @@ use std::fmt::Write as _;
 use std::path::Path;
 
 use dgd_compiler::diagnostics::Diagnostics;
-use dgd_compiler::source::Sources;
+use dgd_compiler::source::SourceMap;
 use dgd_compiler::units::{Unit, describe, parse_unit};
-use dgd_data::files::Files;
-use dgd_data::write::{Written, write_table_at};
-use dgd_data::{Column, Table, read_from};
+use dgd_data::files::ResultFolder;
+use dgd_data::write::{OutputColumn, write_table_at};
+use dgd_data::{DataColumn, DataTable, read_from};
 
 use super::commands;
 use super::names::{distinct, identifier};
@@ -23,7 +23,7 @@ use crate::failure::CommandError;
 
 /// A project, with remarks on it.
 pub(super) struct Skeleton {
-    pub(super) files: Files,
+    pub(super) files: ResultFolder,
     pub(super) remarks: Vec<String>,
 }
 
@@ -33,7 +33,7 @@ const PARQUET: &[u8] = b"PAR1";
 /// A column used by the model.
 struct Quantity<'a> {
     /// The column in the file.
-    column: &'a Column,
+    column: &'a DataColumn,
     name: String,
     unit: Unit,
     /// Whether the file has no unit.
@@ -53,7 +53,7 @@ pub(super) fn of(
     bytes: &[u8],
     outputs: &[String],
 ) -> Result<Skeleton, CommandError> {
-    let (mut sources, mut diagnostics) = (Sources::default(), Diagnostics::default());
+    let (mut sources, mut diagnostics) = (SourceMap::default(), Diagnostics::default());
     let name = path.display().to_string();
     let table = read_from(&name, bytes, &mut sources, &mut diagnostics);
     let table = table.map_err(|_| CommandError::diagnosed(&diagnostics, sources.clone()))?;
@@ -84,11 +84,16 @@ pub(super) fn of(
         let (name, text) = effect(model, output);
         files.push((format!("effects/{name}.dgd"), text.into_bytes()));
     }
-    Ok(Skeleton { files: Files { written: files, removed: Vec::new() }, remarks })
+    Ok(Skeleton { files: ResultFolder { written: files, removed: Vec::new() }, remarks })
 }
 
 /// The text of a CSV file with another header line.
-fn copied(table: &Table, sources: &Sources, quantities: &[Quantity<'_>], bytes: &[u8]) -> Vec<u8> {
+fn copied(
+    table: &DataTable,
+    sources: &SourceMap,
+    quantities: &[Quantity<'_>],
+    bytes: &[u8],
+) -> Vec<u8> {
     let header = header(table, sources, quantities);
     let span = table.header;
     let offset = bytes.len() - bytes.strip_prefix("\u{feff}".as_bytes()).unwrap_or(bytes).len();
@@ -97,17 +102,17 @@ fn copied(table: &Table, sources: &Sources, quantities: &[Quantity<'_>], bytes: 
 }
 
 /// The columns of the model as CSV, in the units of the file.
-fn written(table: &Table, times: &[f64], quantities: &[Quantity<'_>]) -> Vec<u8> {
+fn written(table: &DataTable, times: &[f64], quantities: &[Quantity<'_>]) -> Vec<u8> {
     let unit = |one: &Quantity<'_>| dgd_runtime::Unit {
         symbol: one.unit.symbol.clone().into(),
         factor: 1.0,
         offset: 0.0,
     };
     let units: Vec<dgd_runtime::Unit> = quantities.iter().map(unit).collect();
-    let columns: Vec<Written<'_>> = quantities
+    let columns: Vec<OutputColumn<'_>> = quantities
         .iter()
         .zip(&units)
-        .map(|(one, unit)| Written::new(&one.name, unit, &one.column.values))
+        .map(|(one, unit)| OutputColumn::new(&one.name, unit, &one.column.values))
         .collect();
     let mut text = Vec::new();
     // Writing to memory cannot fail.
@@ -115,13 +120,17 @@ fn written(table: &Table, times: &[f64], quantities: &[Quantity<'_>]) -> Vec<u8>
     text
 }
 
-fn is_usable(column: &Column) -> bool {
+fn is_usable(column: &DataColumn) -> bool {
     column.fault.is_none() && column.values.iter().any(|value| value.is_finite())
 }
 
 /// Classifies columns as inputs or outputs.
-fn quantities<'a>(table: &'a Table, outputs: &[String]) -> Result<Vec<Quantity<'a>>, CommandError> {
-    let columns: Vec<&Column> = table.columns.iter().filter(|column| is_usable(column)).collect();
+fn quantities<'a>(
+    table: &'a DataTable,
+    outputs: &[String],
+) -> Result<Vec<Quantity<'a>>, CommandError> {
+    let columns: Vec<&DataColumn> =
+        table.columns.iter().filter(|column| is_usable(column)).collect();
     if let Some(unknown) = outputs.iter().find(|name| !columns.iter().any(|c| c.name == **name)) {
         let known: Vec<String> =
             columns.iter().map(|column| format!("`{}`", column.name)).collect();
@@ -174,7 +183,7 @@ fn told(quantities: &[Quantity<'_>]) -> String {
 }
 
 /// The header line, with names of the model.
-fn header(table: &Table, sources: &Sources, quantities: &[Quantity<'_>]) -> String {
+fn header(table: &DataTable, sources: &SourceMap, quantities: &[Quantity<'_>]) -> String {
     let line = sources.text(table.header);
     let first = table
         .columns
@@ -288,7 +297,7 @@ fn gain_unit(output: &Unit, input: &Unit) -> String {
     if parse_unit(&quotient).is_ok() {
         return quotient;
     }
-    let dimension = output.dimension.over(input.dimension);
+    let dimension = output.dimension.divide(input.dimension);
     dimension.map_or_else(|| "1".to_owned(), describe)
 }
 

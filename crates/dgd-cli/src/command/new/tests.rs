@@ -3,10 +3,10 @@
 use std::path::Path;
 
 use dgd_compiler::diagnostics::Diagnostics;
-use dgd_compiler::diagnostics::render::{Style, render};
+use dgd_compiler::diagnostics::render::{RenderStyle, render};
 use dgd_compiler::model::ModelOptions;
-use dgd_compiler::pipeline::{Directions, compile};
-use dgd_compiler::source::{Source, Sources};
+use dgd_compiler::pipeline::{SensitivityDirections, compile};
+use dgd_compiler::source::{SourceMap, SourceText};
 
 use super::skeleton;
 
@@ -20,13 +20,19 @@ fn made(csv: &str, outputs: &[&str]) -> (String, String, Vec<String>) {
         String::from_utf8(file.expect("a file").1.clone()).expect("text")
     };
     let model = text("plant.dgd");
-    let (mut sources, mut diagnostics) = (Sources::default(), Diagnostics::default());
-    let main = Source { name: "plant.dgd".into(), text: model.clone() };
+    let (mut sources, mut diagnostics) = (SourceMap::default(), Diagnostics::default());
+    let main = SourceText { name: "plant.dgd".into(), text: model.clone() };
     let options = ModelOptions::default();
     let mut read = |_: &str| Err("nothing is imported".to_owned());
-    let compiled =
-        compile(main, &options, &Directions::None, &mut read, &mut sources, &mut diagnostics);
-    let shown = render(&diagnostics.sorted(), &sources, Style::Plain);
+    let compiled = compile(
+        main,
+        &options,
+        &SensitivityDirections::None,
+        &mut read,
+        &mut sources,
+        &mut diagnostics,
+    );
+    let shown = render(&diagnostics.sorted(), &sources, RenderStyle::Plain);
     assert!(compiled.is_ok(), "{model}\n{shown}");
     (model, text("data.csv"), skeleton.remarks)
 }

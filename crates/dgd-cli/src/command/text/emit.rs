@@ -4,7 +4,7 @@ use dgd_compiler::codegen;
 use dgd_compiler::dae::text as dae_text;
 use dgd_compiler::model::text as model_text;
 use dgd_compiler::model::typeset::{latex, markdown};
-use dgd_compiler::pipeline::Directions;
+use dgd_compiler::pipeline::SensitivityDirections;
 use dgd_compiler::syntax::print;
 use dgd_work::load;
 
@@ -13,7 +13,8 @@ use crate::console::Console;
 use crate::failure::CommandError;
 
 pub(crate) fn run(args: &EmitArgs, console: Console<'_>) -> Result<(), CommandError> {
-    let loaded = load(&args.model, &args.choices.request(), &Directions::All, console.session())?;
+    let loaded =
+        load(&args.model, &args.choices.request(), &SensitivityDirections::All, console.session())?;
     console.spare(&loaded.sources)?;
     let compiled = &loaded.compiled;
     let text = match args.stage {

@@ -3,9 +3,9 @@
 use std::path::Path;
 
 use dgd_compiler::diagnostics::Diagnostics;
-use dgd_compiler::source::{Source, Sources};
+use dgd_compiler::source::{SourceMap, SourceText};
 use dgd_compiler::syntax::{layout, parse};
-use dgd_data::Disk;
+use dgd_data::DiskFiles;
 use dgd_data::files::write_whole;
 use dgd_data::open::read_text;
 
@@ -19,7 +19,7 @@ pub(crate) fn run(args: &FmtArgs, console: Console<'_>) -> Result<(), CommandErr
     }
     // All files are read and formatted before the first is written.
     let mut changed = Vec::new();
-    let mut sources = Sources::default();
+    let mut sources = SourceMap::default();
     let mut diagnostics = Diagnostics::default();
     for path in &args.models {
         if !args.check && !path.is_file() && path.exists() {
@@ -64,7 +64,7 @@ fn lay_out_into(out: &Path, args: &FmtArgs, console: Console<'_>) -> Result<(), 
     if args.check {
         return Err(CommandError::Usage("`--check` writes nothing: leave `-o` out".to_owned()));
     }
-    let (mut sources, mut diagnostics) = (Sources::default(), Diagnostics::default());
+    let (mut sources, mut diagnostics) = (SourceMap::default(), Diagnostics::default());
     let text = text_of(path)?;
     let Some(formatted) = formatted(path, &text, &mut sources, &mut diagnostics) else {
         return Err(CommandError::diagnosed(&diagnostics, sources));
@@ -76,7 +76,7 @@ fn lay_out_into(out: &Path, args: &FmtArgs, console: Console<'_>) -> Result<(), 
 
 /// The text of a model, library or effect.
 fn text_of(path: &Path) -> Result<String, CommandError> {
-    read_text(&Disk, path)
+    read_text(&DiskFiles, path)
         .map_err(|why| CommandError::Found(format!("cannot read `{}`: {why}", path.display())))
 }
 
@@ -84,10 +84,10 @@ fn text_of(path: &Path) -> Result<String, CommandError> {
 fn formatted(
     path: &Path,
     text: &str,
-    sources: &mut Sources,
+    sources: &mut SourceMap,
     diagnostics: &mut Diagnostics,
 ) -> Option<String> {
-    let id = sources.add(Source { name: path.display().to_string(), text: text.to_owned() });
+    let id = sources.add(SourceText { name: path.display().to_string(), text: text.to_owned() });
     parse(id, sources, diagnostics).ok()?;
     layout::format(id, sources, diagnostics).ok()
 }

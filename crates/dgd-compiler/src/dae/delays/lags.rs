@@ -5,8 +5,8 @@
 use std::borrow::Cow;
 
 use crate::dae::transfer::roots;
-use crate::expr::{ExprId, Graph, Node, Symbol};
-use crate::model::{Declared, Equation, Model, Unknown};
+use crate::expr::{ExprGraph, ExprId, Node, Symbol};
+use crate::model::{DeclarationHeader, Equation, Model, Unknown};
 use crate::units::{Unit, parse_unit};
 
 /// Initial guess for a delay that is unknown in advance, s.
@@ -35,7 +35,7 @@ pub(in crate::dae) fn with_lags(model: &Model) -> (Cow<'_, Model>, Vec<(ExprId, 
 }
 
 /// Whether a delay changes during a run, and not smoothly.
-fn jumps(graph: &Graph, tau: ExprId) -> bool {
+fn jumps(graph: &ExprGraph, tau: ExprId) -> bool {
     let varies =
         |symbol: &Symbol| matches!(symbol, Symbol::Time | Symbol::Input(_) | Symbol::Unknown(_));
     if !graph.symbols(tau).iter().any(varies) {
@@ -67,7 +67,7 @@ fn add_lag(model: &mut Model, tau: ExprId) -> u32 {
     let doc = vec!["How late something is read, by a delay that may jump.".to_owned()];
     let dimension = unit.dimension;
     model.unknowns.push(Unknown {
-        declared: Declared { name: name.clone(), span, unit, doc },
+        declared: DeclarationHeader { name: name.clone(), span, unit, doc },
         state: false,
         start,
         fixed: true,

@@ -15,23 +15,23 @@ mod resolver;
 use std::collections::BTreeMap;
 
 pub(super) use self::lags::with_lags;
-use self::resolver::Resolver;
+use self::resolver::DelayResolver;
 use crate::dae::start_equations;
-use crate::dae::transfer::{Equation, Transferred};
-use crate::dae::{Delay, DelayedInput, DelayedUnknown};
-use crate::diagnostics::{Code, Diagnostic, Diagnostics, Reported};
+use crate::dae::transfer::{TransferredEquation, TransferredModel};
+use crate::dae::{DaeDelayedUnknown, Delay, DelayedInput};
+use crate::diagnostics::{Code, Diagnostic, Diagnostics, ErrorReported};
 use crate::expr::hash::HashMap;
-use crate::expr::{ExprId, Graph, Node};
-use crate::model::{Declared, Model};
+use crate::expr::{ExprGraph, ExprId, Node};
+use crate::model::{DeclarationHeader, Model};
 use crate::source::Span;
 
 /// The delays of a model after resolution.
 #[derive(Debug, Default)]
-pub(super) struct Resolved {
+pub(super) struct ResolvedDelays {
     pub(super) delays: Vec<Delay>,
     pub(super) varying: Vec<Delay>,
     pub(super) inputs: Vec<DelayedInput>,
-    pub(super) unknowns: Vec<DelayedUnknown>,
+    pub(super) unknowns: Vec<DaeDelayedUnknown>,
     /// For each output, the delay by which it is read as a whole.
     pub(super) of_outputs: Vec<Option<usize>>,
 }
@@ -42,21 +42,21 @@ pub(super) struct Resolved {
 /// of their own.
 pub(super) fn resolve(
     model: &Model,
-    graph: &mut Graph,
-    transferred: &mut Transferred<'_>,
+    graph: &mut ExprGraph,
+    transferred: &mut TransferredModel<'_>,
     diagnostics: &mut Diagnostics,
-) -> Result<Resolved, Reported> {
+) -> Result<ResolvedDelays, ErrorReported> {
     let roots = roots(transferred);
     let nodes = graph.listed(roots);
     if !nodes.iter().any(|(_, node)| matches!(node, Node::Delay(..))) {
         let of_outputs = vec![None; transferred.outputs.len()];
-        return Ok(Resolved { of_outputs, ..Resolved::default() });
+        return Ok(ResolvedDelays { of_outputs, ..ResolvedDelays::default() });
     }
-    let mut resolver = Resolver::new(model, std::mem::take(&mut transferred.lags));
+    let mut resolver = DelayResolver::new(model, std::mem::take(&mut transferred.lags));
     let Some(at_names) = resolver.push_down(graph, &nodes) else {
         return Err(too_many(model, diagnostics));
     };
-    let mut replacing = Replacing { model, graph, resolver, at_names, diagnostics };
+    let mut replacing = DelayReplacement { model, graph, resolver, at_names, diagnostics };
     replacing.equations(&mut transferred.equations);
     replacing.transitions(&mut transferred.transitions);
     let starts = transferred.starts.iter_mut();
@@ -68,13 +68,13 @@ pub(super) fn resolve(
     replacing.start_equations(&mut transferred.start_equations);
     replacing.diagnostics.check()?;
     transferred.names = replacing.names(&transferred.names);
-    let Resolver { delays, varying, inputs, unknowns, .. } = replacing.resolver;
-    Ok(Resolved { delays, varying, inputs, unknowns, of_outputs })
+    let DelayResolver { delays, varying, inputs, unknowns, .. } = replacing.resolver;
+    Ok(ResolvedDelays { delays, varying, inputs, unknowns, of_outputs })
 }
 
 /// All expressions, including those of names.
-fn roots(transferred: &Transferred<'_>) -> Vec<ExprId> {
-    let Transferred {
+fn roots(transferred: &TransferredModel<'_>) -> Vec<ExprId> {
+    let TransferredModel {
         equations,
         starts,
         histories,
@@ -101,28 +101,28 @@ fn roots(transferred: &Transferred<'_>) -> Vec<ExprId> {
         .collect()
 }
 
-fn too_many(model: &Model, diagnostics: &mut Diagnostics) -> Reported {
+fn too_many(model: &Model, diagnostics: &mut Diagnostics) -> ErrorReported {
     let span = model.outputs.first().map(|output| output.declared.span);
     let span = span.or(model.equations.first().map(|e| e.span)).unwrap_or_default();
     let message = "delays of delays open too many expressions";
     diagnostics.error(
-        Diagnostic::new(Code::E211, span, message)
+        Diagnostic::new(Code::ModelTooLarge, span, message)
             .help("delay each part once, by the sum of its delays"),
     )
 }
 
 /// State of the replacement of delays.
-struct Replacing<'a> {
+struct DelayReplacement<'a> {
     model: &'a Model,
-    graph: &'a mut Graph,
-    resolver: Resolver<'a>,
+    graph: &'a mut ExprGraph,
+    resolver: DelayResolver<'a>,
     /// The expressions with their delays pushed down to names.
     at_names: HashMap<ExprId, ExprId>,
     diagnostics: &'a mut Diagnostics,
 }
 
-impl Replacing<'_> {
-    fn equations(&mut self, equations: &mut [Equation<'_>]) {
+impl DelayReplacement<'_> {
+    fn equations(&mut self, equations: &mut [TransferredEquation<'_>]) {
         for equation in equations {
             let reader = format!("equation `{}`", equation.label);
             self.acting(&mut equation.rest, &reader, equation.span);
@@ -148,7 +148,7 @@ impl Replacing<'_> {
         match self.resolver.instantaneous(self.graph, self.at_names[value]) {
             Ok(now) => *value = now,
             Err(symbol) => {
-                self.diagnostics.error(self.resolver.late_rate(symbol, reader, span));
+                self.diagnostics.error(self.resolver.delayed_rate(symbol, reader, span));
             }
         }
         self.resolver.refuse_the_future(span, self.diagnostics);
@@ -166,7 +166,7 @@ impl Replacing<'_> {
             match self.resolver.instantaneous(self.graph, self.at_names[value]) {
                 Ok(now) => *value = now,
                 Err(_) => {
-                    self.diagnostics.error(start_equations::reads_late(equation));
+                    self.diagnostics.error(start_equations::reads_delayed(equation));
                 }
             }
         }
@@ -178,8 +178,8 @@ impl Replacing<'_> {
         outputs.map(|(value, output)| self.output(value, &output.declared)).collect()
     }
 
-    fn output(&mut self, value: &mut ExprId, declared: &Declared) -> Option<usize> {
-        let Replacing { graph, resolver, at_names, diagnostics, .. } = self;
+    fn output(&mut self, value: &mut ExprId, declared: &DeclarationHeader) -> Option<usize> {
+        let DelayReplacement { graph, resolver, at_names, diagnostics, .. } = self;
         let at_once = resolver.output(graph, at_names[value]);
         // A quantity read at several times is read now, and the run stores its past.
         let read = at_once.or_else(|read| {
@@ -188,13 +188,13 @@ impl Replacing<'_> {
         });
         let mut delay = None;
         match read {
-            Ok((read, late)) => (*value, delay) = (read, late),
+            Ok((read, delayed)) => (*value, delay) = (read, delayed),
             Err([a, b]) => {
                 let (a, b) = (resolver.name(a), resolver.name(b));
                 let read = if a == b { a } else { format!("{a} and {b}") };
                 let message = format!("output `{}` reads {read} at different times", declared.name);
                 diagnostics.error(
-                    Diagnostic::new(Code::E408, declared.span, message)
+                    Diagnostic::new(Code::DerivativesAtSeveralTimes, declared.span, message)
                         .help("declare an `unknown` that equals the derivative, and delay that"),
                 );
             }

@@ -2,11 +2,11 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use crate::dae::{Delay, DelayedInput, DelayedUnknown};
+use crate::dae::{DaeDelayedUnknown, Delay, DelayedInput};
 use crate::diagnostics::{Code, Diagnostic, Diagnostics};
 use crate::expr::display::listing;
 use crate::expr::hash::HashMap;
-use crate::expr::{ExprId, Graph, Node, Symbol};
+use crate::expr::{ExprGraph, ExprId, Node, Symbol};
 use crate::model::Model;
 use crate::source::Span;
 
@@ -17,27 +17,27 @@ const MOST_WORK: usize = 1_000_000;
 type Summands = Vec<ExprId>;
 
 /// Resolves delays and records the results.
-pub(super) struct Resolver<'a> {
+pub(super) struct DelayResolver<'a> {
     model: &'a Model,
-    /// Delayed symbols and their delays, by the number of their `Late` symbol.
-    late: Vec<(Symbol, Summands)>,
+    /// Delayed symbols and their delays, by the number of their `Delayed` symbol.
+    symbols: Vec<(Symbol, Summands)>,
     numbers: BTreeMap<(Symbol, Summands), u32>,
     work: usize,
     pub(super) delays: Vec<Delay>,
     pub(super) varying: Vec<Delay>,
     pub(super) inputs: Vec<DelayedInput>,
-    pub(super) unknowns: Vec<DelayedUnknown>,
+    pub(super) unknowns: Vec<DaeDelayedUnknown>,
     /// A symbol read before its time, whatever the parameters.
     early: Option<Symbol>,
     /// Delays that are unknowns of their own, with the positions of these.
     lags: BTreeMap<ExprId, u32>,
 }
 
-impl<'a> Resolver<'a> {
+impl<'a> DelayResolver<'a> {
     pub(super) fn new(model: &'a Model, lags: BTreeMap<ExprId, u32>) -> Self {
-        Resolver {
+        DelayResolver {
             model,
-            late: Vec::new(),
+            symbols: Vec::new(),
             numbers: BTreeMap::new(),
             work: 0,
             delays: Vec::new(),
@@ -52,7 +52,7 @@ impl<'a> Resolver<'a> {
     /// The expressions with their delays pushed down to names; `None` if there are too many.
     pub(super) fn push_down(
         &mut self,
-        graph: &mut Graph,
+        graph: &mut ExprGraph,
         nodes: &[(ExprId, Node)],
     ) -> Option<HashMap<ExprId, ExprId>> {
         let mut built: HashMap<ExprId, ExprId> =
@@ -74,7 +74,7 @@ impl<'a> Resolver<'a> {
         Some(built)
     }
 
-    fn delayed(&mut self, graph: &mut Graph, x: ExprId, tau: ExprId) -> Option<ExprId> {
+    fn delayed(&mut self, graph: &mut ExprGraph, x: ExprId, tau: ExprId) -> Option<ExprId> {
         let nodes = graph.listed([x]);
         self.work += nodes.len();
         if self.work > MOST_WORK {
@@ -93,7 +93,7 @@ impl<'a> Resolver<'a> {
     /// The undelayed symbol and its delay; `None` for a parameter.
     fn source(&self, symbol: Symbol) -> Option<(Symbol, Summands)> {
         match symbol {
-            Symbol::Late(k) => Some(self.late[k as usize].clone()),
+            Symbol::Delayed(k) => Some(self.symbols[k as usize].clone()),
             Symbol::Time
             | Symbol::Input(_)
             | Symbol::Unknown(_)
@@ -117,28 +117,28 @@ impl<'a> Resolver<'a> {
         }
     }
 
-    fn symbol(&mut self, graph: &mut Graph, source: Symbol, summands: Summands) -> ExprId {
+    fn symbol(&mut self, graph: &mut ExprGraph, source: Symbol, summands: Summands) -> ExprId {
         if summands.is_empty() {
             return graph.symbol(source);
         }
-        let next = u32::try_from(self.late.len()).unwrap_or(u32::MAX);
-        let number = *self.numbers.entry((source, summands)).or_insert_with_key(|late| {
-            self.late.push(late.clone());
+        let next = u32::try_from(self.symbols.len()).unwrap_or(u32::MAX);
+        let number = *self.numbers.entry((source, summands)).or_insert_with_key(|delay| {
+            self.symbols.push(delay.clone());
             next
         });
-        graph.symbol(Symbol::Late(number))
+        graph.symbol(Symbol::Delayed(number))
     }
 
     /// The expression, if it reads only present and past values; otherwise the delayed derivative, which is unknown.
     pub(super) fn instantaneous(
         &mut self,
-        graph: &mut Graph,
+        graph: &mut ExprGraph,
         id: ExprId,
     ) -> Result<ExprId, Symbol> {
         let mut replaced = BTreeMap::new();
         for symbol in graph.symbols(id) {
-            let Symbol::Late(k) = symbol else { continue };
-            let (source, summands) = self.late[k as usize].clone();
+            let Symbol::Delayed(k) = symbol else { continue };
+            let (source, summands) = self.symbols[k as usize].clone();
             let now = match source {
                 Symbol::Input(i) => self.delayed_input(graph, i, &summands),
                 Symbol::Time => shifted_time(graph, &[], &summands),
@@ -153,7 +153,7 @@ impl<'a> Resolver<'a> {
     }
 
     /// Unknowns in the delays of an expression's delayed values.
-    pub(super) fn unknowns_in_delays(&self, graph: &Graph, id: ExprId) -> Vec<u32> {
+    pub(super) fn unknowns_in_delays(&self, graph: &ExprGraph, id: ExprId) -> Vec<u32> {
         let delayed = graph.symbols(id).into_iter().filter_map(|symbol| match symbol {
             Symbol::DelayedUnknown(k) => Some(self.unknowns[k as usize]),
             _ => None,
@@ -170,16 +170,16 @@ impl<'a> Resolver<'a> {
     /// The undelayed expression of an output and its delay; otherwise two symbols that it reads at different times.
     pub(super) fn output(
         &mut self,
-        graph: &mut Graph,
+        graph: &mut ExprGraph,
         id: ExprId,
     ) -> Result<(ExprId, Option<usize>), [Symbol; 2]> {
         let read: Vec<(Symbol, Symbol, Summands)> = graph
             .symbols(id)
             .into_iter()
-            .filter_map(|symbol| self.source(symbol).map(|(source, late)| (symbol, source, late)))
+            .filter_map(|symbol| self.source(symbol).map(|(source, delay)| (symbol, source, delay)))
             .collect();
         // A varying delay does not delay an output as a whole.
-        if let Some((_, source, _)) = read.iter().find(|(_, _, late)| varies(graph, late)) {
+        if let Some((_, source, _)) = read.iter().find(|(_, _, delay)| varies(graph, delay)) {
             return Err([*source, *source]);
         }
         let is_unknown = |source: Symbol| {
@@ -192,18 +192,18 @@ impl<'a> Resolver<'a> {
             )
         };
         let mut unknowns = read.iter().filter(|(_, source, _)| is_unknown(*source));
-        let whole = if let Some((_, first, late)) = unknowns.next() {
-            if let Some((_, other, _)) = unknowns.find(|(_, _, other)| other != late) {
+        let whole = if let Some((_, first, delay)) = unknowns.next() {
+            if let Some((_, other, _)) = unknowns.find(|(_, _, other)| other != delay) {
                 return Err([*first, *other]);
             }
-            Some((*first, late.clone()))
+            Some((*first, delay.clone()))
         } else {
             // Only inputs: read as a whole with a delay if all of them are delayed.
             let inputs = read.iter().filter(|(_, s, _)| matches!(s, Symbol::Input(_)));
-            let distinct: BTreeSet<&Summands> = inputs.map(|(_, _, late)| late).collect();
+            let distinct: BTreeSet<&Summands> = inputs.map(|(_, _, delay)| delay).collect();
             let source = read.first().map(|(_, source, _)| *source);
             match (distinct.len(), distinct.first(), source) {
-                (1, Some(late), Some(source)) => Some((source, (*late).clone())),
+                (1, Some(delay), Some(source)) => Some((source, (*delay).clone())),
                 _ => None,
             }
         };
@@ -213,17 +213,17 @@ impl<'a> Resolver<'a> {
         };
 
         let mut replaced = BTreeMap::new();
-        for (symbol, source, late) in read {
+        for (symbol, source, delay) in read {
             let now = match source {
                 Symbol::Input(i) => {
-                    let (early, rest) = difference(&whole, &late);
+                    let (early, rest) = difference(&whole, &delay);
                     if !early.is_empty() {
                         return Err([first, source]);
                     }
                     self.delayed_input(graph, i, &rest)
                 }
                 Symbol::Time => {
-                    let (early, rest) = difference(&whole, &late);
+                    let (early, rest) = difference(&whole, &delay);
                     shifted_time(graph, &early, &rest)
                 }
                 _ => graph.symbol(source),
@@ -236,11 +236,11 @@ impl<'a> Resolver<'a> {
     }
 
     /// An expression whose delayed values have all been resolved before; otherwise `None`.
-    pub(super) fn known(&self, graph: &mut Graph, id: ExprId) -> Option<ExprId> {
+    pub(super) fn known(&self, graph: &mut ExprGraph, id: ExprId) -> Option<ExprId> {
         let mut replaced = BTreeMap::new();
         for symbol in graph.symbols(id) {
-            let Symbol::Late(k) = symbol else { continue };
-            let (source, summands) = &self.late[k as usize];
+            let Symbol::Delayed(k) = symbol else { continue };
+            let (source, summands) = &self.symbols[k as usize];
             let tau = sum(graph, summands);
             let varies = varies(graph, summands);
             let list = if varies { &self.varying } else { &self.delays };
@@ -251,7 +251,7 @@ impl<'a> Resolver<'a> {
                     self.input_symbol(self.inputs.iter().position(|x| *x == wanted)?)
                 }
                 unknown @ (Symbol::Unknown(_) | Symbol::Element(_)) => {
-                    let wanted = DelayedUnknown { unknown, delay, varies };
+                    let wanted = DaeDelayedUnknown { unknown, delay, varies };
                     delayed_unknown_symbol(self.unknowns.iter().position(|x| *x == wanted)?)
                 }
                 _ => return None,
@@ -266,7 +266,7 @@ impl<'a> Resolver<'a> {
         Symbol::Input(u32::try_from(index).unwrap_or(u32::MAX))
     }
 
-    fn delayed_input(&mut self, graph: &mut Graph, i: u32, summands: &[ExprId]) -> ExprId {
+    fn delayed_input(&mut self, graph: &mut ExprGraph, i: u32, summands: &[ExprId]) -> ExprId {
         if summands.is_empty() {
             return graph.symbol(Symbol::Input(i));
         }
@@ -283,7 +283,7 @@ impl<'a> Resolver<'a> {
     /// An unknown or an element.
     fn delayed_unknown(
         &mut self,
-        graph: &mut Graph,
+        graph: &mut ExprGraph,
         unknown: Symbol,
         summands: &[ExprId],
     ) -> ExprId {
@@ -292,7 +292,7 @@ impl<'a> Resolver<'a> {
         }
         self.note_the_future(graph, unknown, summands);
         let (delay, varies) = (self.delay(graph, summands), varies(graph, summands));
-        let wanted = DelayedUnknown { unknown, delay, varies };
+        let wanted = DaeDelayedUnknown { unknown, delay, varies };
         let known = self.unknowns.iter().position(|x| *x == wanted);
         let position = known.unwrap_or_else(|| {
             self.unknowns.push(wanted);
@@ -301,7 +301,7 @@ impl<'a> Resolver<'a> {
         graph.symbol(delayed_unknown_symbol(position))
     }
 
-    fn delay(&mut self, graph: &mut Graph, summands: &[ExprId]) -> usize {
+    fn delay(&mut self, graph: &mut ExprGraph, summands: &[ExprId]) -> usize {
         let tau = sum(graph, summands);
         let list = if varies(graph, summands) { &mut self.varying } else { &mut self.delays };
         if let Some(position) = list.iter().position(|delay| delay.tau == tau) {
@@ -320,7 +320,7 @@ impl<'a> Resolver<'a> {
         list.len() - 1
     }
 
-    fn note_the_future(&mut self, graph: &mut Graph, symbol: Symbol, summands: &[ExprId]) {
+    fn note_the_future(&mut self, graph: &mut ExprGraph, symbol: Symbol, summands: &[ExprId]) {
         let tau = sum(graph, summands);
         if graph.value(tau).is_some_and(|tau| tau < 0.0) {
             self.early = Some(symbol);
@@ -333,17 +333,17 @@ impl<'a> Resolver<'a> {
         let message =
             format!("this reads the future of {}: its delay is negative", self.name(symbol));
         diagnostics.error(
-            Diagnostic::new(Code::E215, span, message)
+            Diagnostic::new(Code::InvalidDelay, span, message)
                 .help("only an output can read ahead, and all of it by one time"),
         );
     }
 
     /// The error for a delayed derivative in the dynamics.
-    pub(super) fn late_rate(&self, symbol: Symbol, reader: &str, span: Span) -> Diagnostic {
+    pub(super) fn delayed_rate(&self, symbol: Symbol, reader: &str, span: Span) -> Diagnostic {
         let name = self.name(symbol);
         let message =
             format!("{reader} reads {name} as it was some time ago, which only outputs can");
-        let diagnostic = Diagnostic::new(Code::E407, span, message).help(
+        let diagnostic = Diagnostic::new(Code::DelayedDerivative, span, message).help(
             "a delayed derivative cannot act on the model; declare an `unknown` that \
              equals the derivative, and delay that",
         );
@@ -379,7 +379,7 @@ impl<'a> Resolver<'a> {
             | Symbol::SweptInputSlope(..)
             | Symbol::Sensitivity(_)
             | Symbol::Discrete(_)
-            | Symbol::Late(_)
+            | Symbol::Delayed(_)
             | Symbol::DelayedUnknown(_)
             | Symbol::Past(..) => unreachable!("only inputs and unknowns are named"),
         }
@@ -391,13 +391,13 @@ fn delayed_unknown_symbol(position: usize) -> Symbol {
 }
 
 /// Whether a delay varies with time.
-fn varies(graph: &Graph, summands: &[ExprId]) -> bool {
+fn varies(graph: &ExprGraph, summands: &[ExprId]) -> bool {
     let moves = |s: &Symbol| matches!(s, Symbol::Time | Symbol::Input(_) | Symbol::Unknown(_));
     summands.iter().any(|summand| graph.symbols(*summand).iter().any(moves))
 }
 
 /// Adds a summand to a delay.
-fn include(graph: &mut Graph, summands: &mut Summands, tau: ExprId) {
+fn include(graph: &mut ExprGraph, summands: &mut Summands, tau: ExprId) {
     let mut tau = tau;
     if graph.value(tau).is_some()
         && let Some(at) = summands.iter().position(|other| graph.value(*other).is_some())
@@ -410,7 +410,7 @@ fn include(graph: &mut Graph, summands: &mut Summands, tau: ExprId) {
     }
 }
 
-fn sum(graph: &mut Graph, summands: &[ExprId]) -> ExprId {
+fn sum(graph: &mut ExprGraph, summands: &[ExprId]) -> ExprId {
     let zero = graph.constant(0.0);
     summands.iter().fold(zero, |sum, summand| graph.add(sum, *summand))
 }
@@ -431,9 +431,9 @@ fn difference(a: &[ExprId], b: &[ExprId]) -> (Summands, Summands) {
 }
 
 /// time + Σ early − Σ late
-fn shifted_time(graph: &mut Graph, early: &[ExprId], late: &[ExprId]) -> ExprId {
+fn shifted_time(graph: &mut ExprGraph, early: &[ExprId], delayed: &[ExprId]) -> ExprId {
     let time = graph.symbol(Symbol::Time);
-    let (early, late) = (sum(graph, early), sum(graph, late));
+    let (early, delayed) = (sum(graph, early), sum(graph, delayed));
     let time = graph.add(time, early);
-    graph.subtract(time, late)
+    graph.subtract(time, delayed)
 }

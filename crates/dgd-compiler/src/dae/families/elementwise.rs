@@ -2,29 +2,29 @@
 
 use std::collections::BTreeSet;
 
-use super::{Assigned, Candidate, Columns, PlannedRows, elements_name};
+use super::{ColumnCandidates, ColumnNumbering, FamilyAssignment, PlannedRows, elements_name};
 use crate::dae::matching::{maximum_matching, more_places, quoted};
-use crate::dae::transfer::Transferred;
-use crate::diagnostics::{Code, Diagnostic, Diagnostics, Reported};
-use crate::expr::{Graph, Symbol};
+use crate::dae::transfer::TransferredModel;
+use crate::diagnostics::{Code, Diagnostic, Diagnostics, ErrorReported};
+use crate::expr::{ExprGraph, Symbol};
 use crate::model::Model;
 
 /// At most this many rows are matched one by one.
 const MOST_ROWS: usize = 200_000;
 
 /// Equations and elements to be matched one by one.
-pub(super) struct Unmatched<'a> {
+pub(super) struct UnmatchedItems<'a> {
     /// Positions of all equations.
     pub(super) all: &'a [usize],
     /// Those without elements so far.
-    pub(super) left: &'a [Candidate],
-    pub(super) columns: Columns,
+    pub(super) left: &'a [ColumnCandidates],
+    pub(super) columns: ColumnNumbering,
     /// Rows of elements whose derivatives are given by equations.
     pub(super) solved: &'a [PlannedRows],
 }
 
 /// Unmatched items, and the total number.
-struct Unpaired<'a, T> {
+struct UnmatchedGroup<'a, T> {
     items: &'a [T],
     total: usize,
 }
@@ -32,14 +32,14 @@ struct Unpaired<'a, T> {
 /// Matches each passage of each equation separately; consecutive passages are joined again.
 pub(super) fn assign(
     model: &Model,
-    graph: &Graph,
-    transferred: &Transferred<'_>,
-    unmatched: &Unmatched<'_>,
+    graph: &ExprGraph,
+    transferred: &TransferredModel<'_>,
+    unmatched: &UnmatchedItems<'_>,
     tied: &mut BTreeSet<usize>,
     diagnostics: &mut Diagnostics,
-) -> Result<Vec<Assigned>, Reported> {
-    let Unmatched { all, left, columns, solved } = *unmatched;
-    let names = Names { model, transferred };
+) -> Result<Vec<FamilyAssignment>, ErrorReported> {
+    let UnmatchedItems { all, left, columns, solved } = *unmatched;
+    let names = MatchingNames { model, transferred };
     let n_rows: usize = left.iter().map(|row| row.count as usize).sum();
     let determined: usize = solved.iter().map(|row| row.count as usize).sum();
     if n_rows.max(columns.len() - determined) > MOST_ROWS {
@@ -76,7 +76,7 @@ pub(super) fn assign(
         let pairs = passages.iter().zip(&matching.of_row);
         let assigned = pairs.filter_map(|(&(row, passage), column)| {
             let equation = left[row].equation;
-            column.map(|column| Assigned { equation, from: passage, count: 1, column })
+            column.map(|column| FamilyAssignment { equation, from: passage, count: 1, column })
         });
         return Ok(joined(assigned).into_iter().filter(|a| a.column >= columns.n_single).collect());
     }
@@ -95,8 +95,8 @@ pub(super) fn assign(
         tied.extend(of_columns.chain(read).map(|element| array_of(model, element)));
     }
     Err(names.report(
-        &Unpaired { items: &rows, total: n_rows },
-        &Unpaired { items: &free_columns, total: columns.len() - determined },
+        &UnmatchedGroup { items: &rows, total: n_rows },
+        &UnmatchedGroup { items: &free_columns, total: columns.len() - determined },
         ties_states,
         diagnostics,
     ))
@@ -108,8 +108,8 @@ fn array_of(model: &Model, element: usize) -> usize {
 }
 
 /// Joins consecutive passages that determine consecutive columns.
-fn joined(all: impl Iterator<Item = Assigned>) -> Vec<Assigned> {
-    let mut joined: Vec<Assigned> = Vec::new();
+fn joined(all: impl Iterator<Item = FamilyAssignment>) -> Vec<FamilyAssignment> {
+    let mut joined: Vec<FamilyAssignment> = Vec::new();
     for next in all {
         match joined.last_mut() {
             Some(last)
@@ -129,10 +129,10 @@ fn joined(all: impl Iterator<Item = Assigned>) -> Vec<Assigned> {
 /// the number of equations.
 fn could_be_matched(
     model: &Model,
-    graph: &Graph,
-    transferred: &Transferred<'_>,
+    graph: &ExprGraph,
+    transferred: &TransferredModel<'_>,
     all: &[usize],
-    columns: Columns,
+    columns: ColumnNumbering,
 ) -> bool {
     let families = transferred.equations.len() - model.families.len();
     let mut incidence = Vec::new();
@@ -160,12 +160,12 @@ fn could_be_matched(
 }
 
 /// Names of unmatched equations and unknowns in messages.
-struct Names<'a> {
+struct MatchingNames<'a> {
     model: &'a Model,
-    transferred: &'a Transferred<'a>,
+    transferred: &'a TransferredModel<'a>,
 }
 
-impl Names<'_> {
+impl MatchingNames<'_> {
     /// Single unknowns by name, elements as ranges.
     fn columns(&self, columns: &[usize]) -> String {
         let n_single = self.model.unknowns.len();
@@ -224,11 +224,11 @@ impl Names<'_> {
 
     fn report(
         &self,
-        rows: &Unpaired<'_, (usize, u32)>,
-        columns: &Unpaired<'_, usize>,
+        rows: &UnmatchedGroup<'_, (usize, u32)>,
+        columns: &UnmatchedGroup<'_, usize>,
         ties_states: bool,
         diagnostics: &mut Diagnostics,
-    ) -> Reported {
+    ) -> ErrorReported {
         let (n_rows, n_columns) = (rows.total, columns.total);
         let (rows, columns) = (rows.items, columns.items);
         let n_single = self.model.unknowns.len();
@@ -252,26 +252,27 @@ impl Names<'_> {
                 "the index is above 1: {row_names} only ties states together, and {column_names} \
                  follows from no equation without differentiating it"
             );
-            let diagnostic = Diagnostic::new(Code::E404, row_spans[0], message)
+            let diagnostic = Diagnostic::new(Code::IrreducibleIndex, row_spans[0], message)
                 .help("replace the equation by its derivative with respect to time");
             more_places(diagnostic, others, "this one too")
         } else if n_rows > n_columns {
             let message = format!("too many equations: no unknown is left for {row_names}");
-            let diagnostic = Diagnostic::new(Code::E401, row_spans[0], message).help(
+            let diagnostic = Diagnostic::new(Code::TooManyEquations, row_spans[0], message).help(
                 "leave out what has been said already, or declare the unknown that is missing",
             );
             more_places(diagnostic, others, "this one too")
         } else if n_rows < n_columns {
             let message = format!("too few equations: nothing determines {column_names}");
-            Diagnostic::new(Code::E402, of_column(columns[0]), message).help(
+            Diagnostic::new(Code::TooFewEquations, of_column(columns[0]), message).help(
                 "add an equation that determines it, or let a loop begin earlier or end later",
             )
         } else {
             let message = format!(
                 "nothing determines {column_names}, and no unknown is left for {row_names}"
             );
-            let diagnostic = Diagnostic::new(Code::E403, of_column(columns[0]), message)
-                .help("the counts match, but several equations determine the same unknowns");
+            let diagnostic =
+                Diagnostic::new(Code::UndeterminedUnknowns, of_column(columns[0]), message)
+                    .help("the counts match, but several equations determine the same unknowns");
             let spare = row_spans.iter().copied();
             more_places(diagnostic, spare, "one too many for the unknowns in it")
         };
@@ -279,7 +280,7 @@ impl Names<'_> {
     }
 
     /// The error for too many rows to be matched one by one.
-    fn too_many(&self, left: &[Candidate], diagnostics: &mut Diagnostics) -> Reported {
+    fn too_many(&self, left: &[ColumnCandidates], diagnostics: &mut Diagnostics) -> ErrorReported {
         let longest = left.iter().max_by_key(|row| row.count);
         let equation = longest.map(|row| &self.transferred.equations[row.equation]);
         let array = self.model.arrays.first().map(|array| array.unknown.declared.span);
@@ -287,7 +288,7 @@ impl Names<'_> {
         let message = "equations and elements of arrays cannot be matched as wholes, and there are too \
              many to match them one by one";
         diagnostics.error(
-            Diagnostic::new(Code::E430, span, message)
+            Diagnostic::new(Code::UnsolvableElement, span, message)
                 .help("with a smaller size the message names what is left over"),
         )
     }

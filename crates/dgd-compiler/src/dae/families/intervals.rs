@@ -4,16 +4,16 @@ use std::collections::BTreeMap;
 
 /// Columns as disjoint runs, each with its begin and end.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub(super) struct Intervals {
+pub(super) struct ColumnIntervals {
     runs: BTreeMap<usize, usize>,
     len: usize,
 }
 
-impl Intervals {
+impl ColumnIntervals {
     /// All columns from `begin` up to `end`.
     pub(super) fn new(begin: usize, end: usize) -> Self {
         let runs = if begin < end { BTreeMap::from([(begin, end)]) } else { BTreeMap::new() };
-        Intervals { runs, len: end.saturating_sub(begin) }
+        ColumnIntervals { runs, len: end.saturating_sub(begin) }
     }
 
     /// Number of columns.
@@ -54,11 +54,11 @@ impl Intervals {
 
 #[cfg(test)]
 mod tests {
-    use super::Intervals;
+    use super::ColumnIntervals;
 
     #[test]
     fn what_is_taken_out_of_the_middle_leaves_both_ends() {
-        let mut columns = Intervals::new(2, 10);
+        let mut columns = ColumnIntervals::new(2, 10);
         assert!(columns.contains(2, 8) && !columns.contains(2, 9) && !columns.contains(1, 1));
         columns.remove(4, 3);
         assert_eq!(columns.iter().collect::<Vec<_>>(), [2, 3, 7, 8, 9]);

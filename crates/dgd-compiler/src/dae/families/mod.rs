@@ -11,29 +11,29 @@ mod written_out;
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use self::elementwise::Unmatched;
-use self::intervals::Intervals;
+use self::elementwise::UnmatchedItems;
+use self::intervals::ColumnIntervals;
 use super::index::solve_for_derivative;
-use super::modes::Combinations;
-use super::transfer::{Equation, Transferred};
-use crate::diagnostics::{Code, Diagnostic, Diagnostics, Reported};
-use crate::expr::{ExprId, Graph, Symbol};
+use super::modes::ModeCombinations;
+use super::transfer::{TransferredEquation, TransferredModel};
+use crate::diagnostics::{Code, Diagnostic, Diagnostics, ErrorReported};
+use crate::expr::{ExprGraph, ExprId, Symbol};
 use crate::model::Model;
 
 pub(crate) use place::row_of;
-pub(super) use place::{Origins, families, isolate, place};
+pub(super) use place::{RowOrigins, families, isolate, place};
 pub(super) use written_out::written_out;
 
 /// The equations that determine elements of arrays.
 #[derive(Debug, Default)]
-pub(super) struct Plan {
+pub(super) struct FamilyPlan {
     /// Positions of these equations among all.
     pub(super) taken: BTreeSet<usize>,
     /// The rows made from them.
     rows: Vec<PlannedRows>,
 }
 
-impl Plan {
+impl FamilyPlan {
     /// The rows' right-hand sides.
     pub(super) fn expressions(&mut self) -> impl Iterator<Item = &mut ExprId> {
         self.rows.iter_mut().map(|row| &mut row.rhs)
@@ -58,7 +58,7 @@ struct PlannedRows {
 
 /// The columns that an equation, or a family of them, could determine.
 #[derive(Debug)]
-struct Candidate {
+struct ColumnCandidates {
     /// Position among all equations.
     equation: usize,
     /// Number of passages.
@@ -69,12 +69,12 @@ struct Candidate {
 
 /// Single unknowns are the first columns; elements of arrays follow.
 #[derive(Debug, Clone, Copy)]
-struct Columns {
+struct ColumnNumbering {
     n_single: usize,
     n_elements: usize,
 }
 
-impl Columns {
+impl ColumnNumbering {
     fn element(self, position: u32) -> usize {
         self.n_single + position as usize
     }
@@ -91,21 +91,21 @@ impl Columns {
 /// the initial modes represent the others.
 pub(super) fn plan(
     model: &Model,
-    graph: &mut Graph,
-    transferred: &Transferred<'_>,
+    graph: &mut ExprGraph,
+    transferred: &TransferredModel<'_>,
     tied: &mut BTreeSet<usize>,
     diagnostics: &mut Diagnostics,
-) -> Result<Plan, Reported> {
+) -> Result<FamilyPlan, ErrorReported> {
     if model.arrays.is_empty() && model.families.is_empty() {
-        return Ok(Plan::default());
+        return Ok(FamilyPlan::default());
     }
     let equations = &transferred.equations;
     let families = equations.len() - model.families.len();
     let count = |e: usize| e.checked_sub(families).map_or(1, |f| model.families[f].count);
-    let holding = transferred.holding(&Combinations::start_modes(model));
+    let holding = transferred.holding(&ModeCombinations::start_modes(model));
     let positions: Vec<usize> = holding.into_iter().chain(families..equations.len()).collect();
     let n_elements = model.arrays.iter().map(|array| array.count as usize).sum();
-    let columns = Columns { n_single: model.unknowns.len(), n_elements };
+    let columns = ColumnNumbering { n_single: model.unknowns.len(), n_elements };
 
     let mut rows = Vec::new();
     for (e, equation) in equations.iter().enumerate() {
@@ -115,7 +115,7 @@ pub(super) fn plan(
     verify_once(model, equations, &mut rows, diagnostics)?;
     let mut taken: BTreeSet<usize> = rows.iter().map(|row| row.equation).collect();
 
-    let mut free = Intervals::new(0, columns.len());
+    let mut free = ColumnIntervals::new(0, columns.len());
     for row in &rows {
         free.remove(columns.element(row.first), row.count as usize);
     }
@@ -123,7 +123,7 @@ pub(super) fn plan(
     for derivative in equations.iter().flat_map(|equation| &equation.derivatives) {
         *users.entry(*derivative).or_default() += 1;
     }
-    let left: Vec<Candidate> = positions
+    let left: Vec<ColumnCandidates> = positions
         .iter()
         .filter(|e| !taken.contains(e))
         .map(|&e| candidate(graph, e, &equations[e], count(e), &users, columns))
@@ -141,7 +141,7 @@ pub(super) fn plan(
                 model,
                 graph,
                 transferred,
-                &Unmatched { all: &positions, left: &left, columns, solved: &rows },
+                &UnmatchedItems { all: &positions, left: &left, columns, solved: &rows },
                 tied,
                 diagnostics,
             )?,
@@ -157,7 +157,7 @@ pub(super) fn plan(
                     model.element_name(first)
                 );
                 return Err(diagnostics
-                    .error(Diagnostic::new(Code::E431, equation.span, message).help(
+                    .error(Diagnostic::new(Code::ElementInMode, equation.span, message).help(
                     "let the mode determine an `unknown`, and an equation of all modes the element",
                 )));
             }
@@ -173,12 +173,12 @@ pub(super) fn plan(
         }
     }
     rows.sort_unstable_by_key(|row| row.first);
-    Ok(Plan { taken, rows })
+    Ok(FamilyPlan { taken, rows })
 }
 
 /// Passages of an equation and the columns that they determine.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-struct Assigned {
+struct FamilyAssignment {
     equation: usize,
     from: u32,
     count: u32,
@@ -188,12 +188,12 @@ struct Assigned {
 /// The rows ẏ = f of an equation that has derivatives of elements.
 fn solved(
     model: &Model,
-    graph: &mut Graph,
+    graph: &mut ExprGraph,
     position: usize,
-    equation: &Equation<'_>,
+    equation: &TransferredEquation<'_>,
     count: u32,
     diagnostics: &mut Diagnostics,
-) -> Result<Option<PlannedRows>, Reported> {
+) -> Result<Option<PlannedRows>, ErrorReported> {
     let symbols = graph.symbols(equation.rest);
     let rates: Vec<Symbol> = symbols.iter().copied().filter(|symbol| is_rate(*symbol)).collect();
     let of_elements =
@@ -209,7 +209,8 @@ fn solved(
     };
     let refuse = |diagnostics: &mut Diagnostics, why: &str| {
         let message = format!("equation `{}` cannot be solved for {name}: {why}", equation.label);
-        Err(diagnostics.error(Diagnostic::new(Code::E430, equation.span, message).help(
+        Err(diagnostics
+            .error(Diagnostic::new(Code::UnsolvableElement, equation.span, message).help(
             "each derivative of an element stands in one equation, alone and linearly; give what \
              else needs it an `unknown`",
         )))
@@ -252,10 +253,10 @@ fn elements_name(model: &Model, first: u32, count: u32) -> String {
 /// Checks that no derivative is determined twice.
 fn verify_once(
     model: &Model,
-    equations: &[Equation<'_>],
+    equations: &[TransferredEquation<'_>],
     rows: &mut [PlannedRows],
     diagnostics: &mut Diagnostics,
-) -> Result<(), Reported> {
+) -> Result<(), ErrorReported> {
     rows.sort_unstable_by_key(|row| row.first);
     for pair in rows.windows(2) {
         let [a, b] = pair else { unreachable!("windows of two") };
@@ -268,7 +269,7 @@ fn verify_once(
                 a.label, b.label
             );
             return Err(diagnostics.error(
-                Diagnostic::new(Code::E401, b.span, message)
+                Diagnostic::new(Code::TooManyEquations, b.span, message)
                     .label(a.span, "the other one")
                     .help("leave out what has been said already, or let the loops not overlap"),
             ));
@@ -278,7 +279,11 @@ fn verify_once(
 }
 
 /// Checks that an equation that can determine nothing at least reads an unknown.
-fn verify_unknowns(graph: &Graph, equation: &Equation<'_>, diagnostics: &mut Diagnostics) {
+fn verify_unknowns(
+    graph: &ExprGraph,
+    equation: &TransferredEquation<'_>,
+    diagnostics: &mut Diagnostics,
+) {
     let is_unknown = |symbol: &Symbol| {
         matches!(
             symbol,
@@ -288,7 +293,7 @@ fn verify_unknowns(graph: &Graph, equation: &Equation<'_>, diagnostics: &mut Dia
     if !graph.symbols(equation.rest).iter().any(is_unknown) {
         let message = format!("equation `{}` determines nothing", equation.label);
         diagnostics.error(
-            Diagnostic::new(Code::E405, equation.span, message)
+            Diagnostic::new(Code::EquationWithoutUnknown, equation.span, message)
                 .here("no unknown is left in it")
                 .help("it holds always or never; leave it out, or let it read a state"),
         );
@@ -297,13 +302,13 @@ fn verify_unknowns(graph: &Graph, equation: &Equation<'_>, diagnostics: &mut Dia
 
 /// The columns that an equation without derivatives of elements could determine.
 fn candidate(
-    graph: &Graph,
+    graph: &ExprGraph,
     position: usize,
-    equation: &Equation<'_>,
+    equation: &TransferredEquation<'_>,
     count: u32,
     users: &BTreeMap<u32, usize>,
-    columns: Columns,
-) -> Candidate {
+    columns: ColumnNumbering,
+) -> ColumnCandidates {
     let column = match equation.derivatives[..] {
         // It gives this derivative.
         [i] if users.get(&i) == Some(&1) => vec![i as usize],
@@ -320,7 +325,7 @@ fn candidate(
             })
             .collect(),
     };
-    let mut candidate = Candidate { equation: position, count, columns: column };
+    let mut candidate = ColumnCandidates { equation: position, count, columns: column };
     candidate.columns.sort_unstable();
     candidate.columns.dedup();
     candidate

@@ -2,25 +2,28 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use super::{Plan, PlannedRows, elements_name};
+use super::{FamilyPlan, PlannedRows, elements_name};
 use crate::dae::rates::{at_passage, family_of};
-use crate::dae::transfer::Transferred;
-use crate::dae::{Array, Dae, Family, OutputArray};
-use crate::diagnostics::{Code, Diagnostic, Diagnostics, Reported};
-use crate::expr::{ExprId, Graph, Symbol};
+use crate::dae::transfer::TransferredModel;
+use crate::dae::{Dae, DaeArray, DaeFamily, DaeOutputArray};
+use crate::diagnostics::{Code, Diagnostic, Diagnostics, ErrorReported};
+use crate::expr::{ExprGraph, ExprId, Symbol};
 use crate::model::Model;
 use crate::source::Span;
 
 /// Properties of the equations after transfer.
-pub(in crate::dae) struct Origins {
+pub(in crate::dae) struct RowOrigins {
     /// Label, place and first index of each equation.
     equations: Vec<(String, Span, Option<i64>)>,
     /// Initial values of arrays and their histories before the start.
     starts: Vec<(ExprId, Option<ExprId>)>,
 }
 
-impl Origins {
-    pub(in crate::dae) fn of(model: &Model, transferred: &Transferred<'_>) -> Origins {
+impl RowOrigins {
+    pub(in crate::dae) fn from_model(
+        model: &Model,
+        transferred: &TransferredModel<'_>,
+    ) -> RowOrigins {
         let single = transferred.equations.len() - model.families.len();
         let equations = transferred.equations.iter().enumerate().map(|(e, equation)| {
             let lower = e.checked_sub(single).map(|f| model.families[f].lower);
@@ -28,15 +31,19 @@ impl Origins {
         });
         let starts = transferred.starts.iter().copied().zip(transferred.histories.iter().copied());
         let starts = starts.skip(model.unknowns.len()).collect();
-        Origins { equations: equations.collect(), starts }
+        RowOrigins { equations: equations.collect(), starts }
     }
 }
 
 /// The planned rows; elements are still numbered among those of all arrays.
-pub(in crate::dae) fn families(graph: &mut Graph, plan: &Plan, origins: &Origins) -> Vec<Family> {
+pub(in crate::dae) fn families(
+    graph: &mut ExprGraph,
+    plan: &FamilyPlan,
+    origins: &RowOrigins,
+) -> Vec<DaeFamily> {
     let family = |row: &PlannedRows| {
         let (label, span, lower) = &origins.equations[row.equation];
-        Family {
+        DaeFamily {
             first: row.first as usize,
             count: row.count,
             differential: row.differential,
@@ -51,7 +58,7 @@ pub(in crate::dae) fn families(graph: &mut Graph, plan: &Plan, origins: &Origins
 }
 
 /// Some passages of an expression whose elements have no final positions yet.
-fn passages(graph: &mut Graph, id: ExprId, from: u32, count: u32) -> ExprId {
+fn passages(graph: &mut ExprGraph, id: ExprId, from: u32, count: u32) -> ExprId {
     match count {
         1 => at_passage(graph, id, from),
         count => swept_from(graph, id, from, count),
@@ -60,8 +67,8 @@ fn passages(graph: &mut Graph, id: ExprId, from: u32, count: u32) -> ExprId {
 
 /// Gives an element that [`families`] determine a row of its own, and returns its position among them.
 pub(in crate::dae) fn isolate(
-    graph: &mut Graph,
-    families: &mut Vec<Family>,
+    graph: &mut ExprGraph,
+    families: &mut Vec<DaeFamily>,
     element: u32,
 ) -> Option<usize> {
     let (position, family) = family_of(families, element)?;
@@ -73,7 +80,7 @@ pub(in crate::dae) fn isolate(
         let rhs = passages(graph, family.rhs, from, count);
         family.piece(from, count, rhs)
     });
-    let pieces: Vec<Family> = pieces.collect();
+    let pieces: Vec<DaeFamily> = pieces.collect();
     families.splice(position..=position, pieces);
     Some(position + usize::from(row > 0))
 }
@@ -90,9 +97,9 @@ fn placed(symbol: Symbol, n_single: u32) -> Symbol {
 pub(in crate::dae) fn place(
     mut dae: Dae,
     model: &Model,
-    origins: &Origins,
+    origins: &RowOrigins,
     diagnostics: &mut Diagnostics,
-) -> Result<Dae, Reported> {
+) -> Result<Dae, ErrorReported> {
     if model.arrays.is_empty() {
         return Ok(dae);
     }
@@ -101,13 +108,13 @@ pub(in crate::dae) fn place(
     if n_single.checked_add(n_elements).is_none() {
         let span = model.arrays[0].unknown.declared.span;
         let message = "the model has too many unknowns";
-        return Err(diagnostics.error(Diagnostic::new(Code::E230, span, message)));
+        return Err(diagnostics.error(Diagnostic::new(Code::NotAKnownWholeNumber, span, message)));
     }
-    let mut rates = Rates { model, opened: BTreeMap::new() };
+    let mut rates = ElementRates { model, opened: BTreeMap::new() };
     rates.open(&mut dae, diagnostics);
     diagnostics.check()?;
 
-    let place = |graph: &mut Graph, id: ExprId| {
+    let place = |graph: &mut ExprGraph, id: ExprId| {
         graph.substitute(id, |symbol| match symbol {
             Symbol::ElementRate(i) => rates.opened.get(&i).copied(),
             _ => None,
@@ -118,8 +125,8 @@ pub(in crate::dae) fn place(
         behind(graph, opened, n_single)
     });
 
-    for late in &mut dae.delayed_unknowns {
-        late.unknown = placed(late.unknown, n_single);
+    for delayed in &mut dae.delayed_unknowns {
+        delayed.unknown = placed(delayed.unknown, n_single);
     }
     let transitions = dae.automata.iter_mut().flat_map(|automaton| &mut automaton.transitions);
     for (unknown, _) in transitions.flat_map(|transition| &mut transition.resets) {
@@ -132,7 +139,7 @@ pub(in crate::dae) fn place(
     }
     for (array, (start, history)) in model.arrays.iter().zip(&origins.starts) {
         let declared = &array.unknown.declared;
-        dae.arrays.push(Array {
+        dae.arrays.push(DaeArray {
             name: declared.name.clone(),
             unit: declared.unit.clone(),
             doc: declared.doc.clone(),
@@ -146,7 +153,7 @@ pub(in crate::dae) fn place(
     }
     for output in &model.output_arrays {
         let array = &model.arrays[output.array];
-        dae.output_arrays.push(OutputArray {
+        dae.output_arrays.push(DaeOutputArray {
             declared: output.declared.clone(),
             lower: array.lower,
             first: (n_single + array.first) as usize,
@@ -158,7 +165,7 @@ pub(in crate::dae) fn place(
 }
 
 /// Visits every expression of the single rows, outputs, start equations and transitions.
-fn each_expression(dae: &mut Dae, change: &mut dyn FnMut(&mut Graph, ExprId) -> ExprId) {
+fn each_expression(dae: &mut Dae, change: &mut dyn FnMut(&mut ExprGraph, ExprId) -> ExprId) {
     let graph = &mut dae.graph;
     for unknown in &mut dae.unknowns {
         unknown.rhs = change(graph, unknown.rhs);
@@ -185,7 +192,7 @@ fn each_expression(dae: &mut Dae, change: &mut dyn FnMut(&mut Graph, ExprId) -> 
 }
 
 /// Elements as unknowns after `n_single` others.
-fn behind(graph: &mut Graph, id: ExprId, n_single: u32) -> ExprId {
+fn behind(graph: &mut ExprGraph, id: ExprId, n_single: u32) -> ExprId {
     let symbols = graph.symbols(id);
     let mut replaced = BTreeMap::new();
     for symbol in symbols {
@@ -200,12 +207,12 @@ fn behind(graph: &mut Graph, id: ExprId, n_single: u32) -> ExprId {
 }
 
 /// The expression of one row, elements by their positions among all unknowns.
-pub(crate) fn row_of(graph: &mut Graph, id: ExprId, row: u32) -> ExprId {
+pub(crate) fn row_of(graph: &mut ExprGraph, id: ExprId, row: u32) -> ExprId {
     swept_from(graph, id, row, 1)
 }
 
 /// The same expression from a later passage on; with one passage left, without moving symbols.
-fn swept_from(graph: &mut Graph, id: ExprId, from: u32, count: u32) -> ExprId {
+fn swept_from(graph: &mut ExprGraph, id: ExprId, from: u32, count: u32) -> ExprId {
     if from == 0 && count > 1 {
         return id;
     }
@@ -237,7 +244,7 @@ fn swept_from(graph: &mut Graph, id: ExprId, from: u32, count: u32) -> ExprId {
 /// Splits a family where an unknown, parameter or input that every row reads is the one that moves with the row.
 ///
 /// Afterwards each of them is one symbol in a row, so that each derivative is one expression at one place.
-fn disjoint(graph: &mut Graph, family: &Family) -> Vec<Family> {
+fn disjoint(graph: &mut ExprGraph, family: &DaeFamily) -> Vec<DaeFamily> {
     let symbols = graph.symbols(family.rhs);
     let mut cuts = BTreeSet::from([0, family.count]);
     for moving in &symbols {
@@ -264,12 +271,12 @@ fn disjoint(graph: &mut Graph, family: &Family) -> Vec<Family> {
 }
 
 /// Derivatives of elements that outputs, start equations and transitions read: the rows' right-hand sides.
-struct Rates<'a> {
+struct ElementRates<'a> {
     model: &'a Model,
     opened: BTreeMap<u32, ExprId>,
 }
 
-impl Rates<'_> {
+impl ElementRates<'_> {
     fn open(&mut self, dae: &mut Dae, diagnostics: &mut Diagnostics) {
         let mut read: Vec<(ExprId, Span)> =
             dae.outputs.iter().map(|output| (output.value, output.declared.span)).collect();
@@ -291,7 +298,7 @@ impl Rates<'_> {
                 let Some((_, family)) = row else {
                     let name = elements_name(self.model, i, 1);
                     let message = format!("no equation gives der({name})");
-                    diagnostics.error(Diagnostic::new(Code::E406, span, message));
+                    diagnostics.error(Diagnostic::new(Code::UndeterminedDerivative, span, message));
                     continue;
                 };
                 let passage = i - u32::try_from(family.first).unwrap_or(u32::MAX);

@@ -3,22 +3,22 @@
 //! An equation with one candidate left takes it. If none is forced, a loop takes the elements that it names first. This
 //! covers the usual models; [`super::elementwise`] handles the rest.
 
-use super::intervals::Intervals;
-use super::{Assigned, Candidate};
+use super::intervals::ColumnIntervals;
+use super::{ColumnCandidates, FamilyAssignment};
 use crate::dae::matching::maximum_matching;
 
 /// An assignment of all equations to the free columns, if one is found.
 pub(super) fn assign(
-    rows: &[Candidate],
-    mut free: Intervals,
+    rows: &[ColumnCandidates],
+    mut free: ColumnIntervals,
     n_single: usize,
-) -> Option<Vec<Assigned>> {
+) -> Option<Vec<FamilyAssignment>> {
     let needed: usize = rows.iter().map(|row| row.count as usize).sum();
     if needed != free.len() {
         return None;
     }
     let mut matched = Vec::with_capacity(rows.len());
-    let mut open: Vec<&Candidate> = rows.iter().collect();
+    let mut open: Vec<&ColumnCandidates> = rows.iter().collect();
     loop {
         let before = open.len();
         let mut stuck = false;
@@ -28,7 +28,7 @@ pub(super) fn assign(
             match (possible.next(), possible.next()) {
                 (Some(&column), None) => {
                     free.remove(column, row.count as usize);
-                    matched.push(Assigned {
+                    matched.push(FamilyAssignment {
                         equation: row.equation,
                         from: 0,
                         count: row.count,
@@ -55,7 +55,12 @@ pub(super) fn assign(
         let row = open.remove(at);
         let column = middle(row, &free)?;
         free.remove(column, row.count as usize);
-        matched.push(Assigned { equation: row.equation, from: 0, count: row.count, column });
+        matched.push(FamilyAssignment {
+            equation: row.equation,
+            from: 0,
+            count: row.count,
+            column,
+        });
     }
 
     // Single equations remain. Unmatched ones are counted with all others of single unknowns.
@@ -70,7 +75,7 @@ pub(super) fn assign(
     }
     for (row, column) in open.iter().zip(&matching.of_row) {
         let Some(column) = column.map(|column| columns[column]) else { continue };
-        matched.push(Assigned { equation: row.equation, from: 0, count: 1, column });
+        matched.push(FamilyAssignment { equation: row.equation, from: 0, count: 1, column });
     }
     matched.retain(|assigned| assigned.column >= n_single);
     Some(matched)
@@ -78,7 +83,7 @@ pub(super) fn assign(
 
 /// The middle one of the runs of elements that a loop could determine: the run of `x[i]` in an equation that also reads
 /// `x[i - 1]` and `x[i + 1]`.
-fn middle(row: &Candidate, free: &Intervals) -> Option<usize> {
+fn middle(row: &ColumnCandidates, free: &ColumnIntervals) -> Option<usize> {
     let possible: Vec<usize> = row
         .columns
         .iter()

@@ -6,14 +6,14 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use crate::expr::{ExprId, Graph, Symbol};
+use crate::expr::{ExprGraph, ExprId, Symbol};
 use crate::model::{Array, Equation, Family, Model, Output, OutputArray, Unknown};
 
 /// The model with the arrays at these positions written out. Single unknowns, equations and outputs keep their
 /// positions; new ones follow them.
 pub(in crate::dae) fn written_out(model: &Model, arrays: &BTreeSet<usize>) -> Model {
     let mut changed = model.clone();
-    let places = Places::new(model, arrays);
+    let places = ElementPositions::new(model, arrays);
     for (position, array) in model.arrays.iter().enumerate() {
         if arrays.contains(&position) {
             let elements = (0..array.count).map(|k| element(&mut changed.graph, array, k));
@@ -38,7 +38,7 @@ pub(in crate::dae) fn written_out(model: &Model, arrays: &BTreeSet<usize>) -> Mo
 
 /// An element as an unknown of its own, while elements in its expressions keep their old positions. Like an element's,
 /// its start value is estimated on request only.
-fn element(graph: &mut Graph, array: &Array, k: u32) -> Unknown {
+fn element(graph: &mut ExprGraph, array: &Array, k: u32) -> Unknown {
     let mut unknown = array.unknown.clone();
     unknown.declared.name = format!("{}[{}]", unknown.declared.name, array.lower + i64::from(k));
     unknown.start = at_passage(graph, unknown.start, k);
@@ -48,7 +48,7 @@ fn element(graph: &mut Graph, array: &Array, k: u32) -> Unknown {
 }
 
 /// The equation of one index.
-fn passage(graph: &mut Graph, family: &Family, k: u32) -> Equation {
+fn passage(graph: &mut ExprGraph, family: &Family, k: u32) -> Equation {
     let equation = &family.equation;
     Equation {
         label: format!("{}[{}]", equation.label, family.lower + i64::from(k)),
@@ -78,7 +78,7 @@ fn write_outputs(own: &mut Model, model: &Model, arrays: &BTreeSet<usize>) {
 }
 
 /// An expression in one passage of its loop.
-fn at_passage(graph: &mut Graph, id: ExprId, k: u32) -> ExprId {
+fn at_passage(graph: &mut ExprGraph, id: ExprId, k: u32) -> ExprId {
     replaced(graph, id, |graph, symbol| {
         Some(match symbol {
             Symbol::Swept(i) => graph.symbol(Symbol::Element(i + k)),
@@ -92,9 +92,9 @@ fn at_passage(graph: &mut Graph, id: ExprId, k: u32) -> ExprId {
 }
 
 fn replaced(
-    graph: &mut Graph,
+    graph: &mut ExprGraph,
     id: ExprId,
-    mut by: impl FnMut(&mut Graph, Symbol) -> Option<ExprId>,
+    mut by: impl FnMut(&mut ExprGraph, Symbol) -> Option<ExprId>,
 ) -> ExprId {
     let mut replacement = BTreeMap::new();
     for symbol in graph.symbols(id) {
@@ -106,12 +106,12 @@ fn replaced(
 }
 
 /// The new positions of elements.
-struct Places {
+struct ElementPositions {
     /// First elements of the arrays that are written out, their numbers, and their first unknowns.
     runs: Vec<(u32, u32, u32)>,
 }
 
-impl Places {
+impl ElementPositions {
     fn new(model: &Model, arrays: &BTreeSet<usize>) -> Self {
         let mut next = u32::try_from(model.unknowns.len()).unwrap_or(u32::MAX);
         let runs = arrays.iter().map(|position| {
@@ -120,7 +120,7 @@ impl Places {
             next = next.saturating_add(count);
             (first, count, unknown)
         });
-        Places { runs: runs.collect() }
+        ElementPositions { runs: runs.collect() }
     }
 
     /// The unknown that an element has become.
@@ -137,7 +137,7 @@ impl Places {
     }
 
     /// Whether the equation of a loop moves along an array that is written out.
-    fn sweeps(&self, graph: &Graph, equation: &Equation) -> bool {
+    fn sweeps(&self, graph: &ExprGraph, equation: &Equation) -> bool {
         let sides = [equation.left, equation.right];
         sides.into_iter().flat_map(|side| graph.symbols(side)).any(|symbol| match symbol {
             Symbol::Swept(i) | Symbol::SweptRate(i) => self.unknown(i).is_some(),

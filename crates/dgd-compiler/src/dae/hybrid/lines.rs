@@ -5,37 +5,37 @@
 use super::exact::exact_ticks;
 use crate::dae::{Clock, TimeCondition};
 use crate::expr::hash::HashMap;
-use crate::expr::{ExprId, Graph, Node, Symbol};
+use crate::expr::{ExprGraph, ExprId, Node, Symbol};
 
 /// An expression α + β time; without β if it does not depend on time.
 #[derive(Debug, Clone, Copy)]
-pub(in crate::dae) struct Line {
+pub(in crate::dae) struct TimeAffine {
     pub(in crate::dae) alpha: ExprId,
     pub(in crate::dae) beta: Option<ExprId>,
 }
 
-impl Line {
+impl TimeAffine {
     /// Whether α and β are constant.
-    pub(in crate::dae) fn is_fixed(self, graph: &Graph) -> bool {
+    pub(in crate::dae) fn is_fixed(self, graph: &ExprGraph) -> bool {
         std::iter::once(self.alpha).chain(self.beta).all(|id| !is_counted(graph, id))
     }
 
-    pub(in crate::dae) fn minus(self, graph: &mut Graph, other: Self) -> Self {
+    pub(in crate::dae) fn minus(self, graph: &mut ExprGraph, other: Self) -> Self {
         let alpha = graph.subtract(self.alpha, other.alpha);
-        Self { alpha, beta: of_both(graph, self.beta, other.beta, Graph::subtract) }
+        Self { alpha, beta: of_both(graph, self.beta, other.beta, ExprGraph::subtract) }
     }
 }
 
 /// Whether an expression contains a discrete number.
-fn is_counted(graph: &Graph, id: ExprId) -> bool {
+fn is_counted(graph: &ExprGraph, id: ExprId) -> bool {
     graph.symbols(id).iter().any(|symbol| matches!(symbol, Symbol::Discrete(_)))
 }
 
 /// The two conditions of the clock that ticks where a line passes each mark, or each whole number if there are no
 /// marks.
 pub(in crate::dae) fn ticks(
-    graph: &mut Graph,
-    line: Line,
+    graph: &mut ExprGraph,
+    line: TimeAffine,
     condition: usize,
     marks: Vec<f64>,
 ) -> ([TimeCondition; 2], Clock) {
@@ -55,49 +55,49 @@ pub(in crate::dae) fn ticks(
 }
 
 /// The lines over time among expressions, operands first.
-pub(in crate::dae) struct Lines {
-    lines: HashMap<ExprId, Line>,
+pub(in crate::dae) struct TimeAffineMap {
+    lines: HashMap<ExprId, TimeAffine>,
     /// Discrete numbers from here on are those of conditions on time.
     first: usize,
 }
 
-impl Lines {
+impl TimeAffineMap {
     pub(in crate::dae) fn new(n: usize, first: usize) -> Self {
         Self { lines: HashMap::with_capacity_and_hasher(n, <_>::default()), first }
     }
 
-    pub(in crate::dae) fn of(&self, id: ExprId) -> Option<Line> {
+    pub(in crate::dae) fn affine(&self, id: ExprId) -> Option<TimeAffine> {
         self.lines.get(&id).copied()
     }
 
-    pub(in crate::dae) fn insert(&mut self, id: ExprId, line: Line) {
+    pub(in crate::dae) fn insert(&mut self, id: ExprId, line: TimeAffine) {
         self.lines.insert(id, line);
     }
 
     /// Stores the line of an expression if its operands are lines.
-    pub(in crate::dae) fn read(&mut self, graph: &mut Graph, id: ExprId, node: Node) {
+    pub(in crate::dae) fn read(&mut self, graph: &mut ExprGraph, id: ExprId, node: Node) {
         if let Some(line) = self.line(graph, id, node) {
             self.lines.insert(id, line);
         }
     }
 
-    fn line(&self, graph: &mut Graph, id: ExprId, node: Node) -> Option<Line> {
+    fn line(&self, graph: &mut ExprGraph, id: ExprId, node: Node) -> Option<TimeAffine> {
         match node {
             Node::Symbol(Symbol::Time) => {
                 let (zero, one) = (graph.constant(0.0), graph.constant(1.0));
-                return Some(Line { alpha: zero, beta: Some(one) });
+                return Some(TimeAffine { alpha: zero, beta: Some(one) });
             }
             Node::Symbol(Symbol::Parameter(_)) | Node::Constant(_) => {
-                return Some(Line { alpha: id, beta: None });
+                return Some(TimeAffine { alpha: id, beta: None });
             }
             Node::Symbol(Symbol::Discrete(i)) if i as usize >= self.first => {
-                return Some(Line { alpha: id, beta: None });
+                return Some(TimeAffine { alpha: id, beta: None });
             }
             Node::Symbol(_) => return None,
             _ => {}
         }
-        let operands: Vec<Line> =
-            node.operands().map(|operand| self.of(operand)).collect::<Option<_>>()?;
+        let operands: Vec<TimeAffine> =
+            node.operands().map(|operand| self.affine(operand)).collect::<Option<_>>()?;
         if operands.iter().all(|operand| operand.beta.is_none()) {
             let unchanged = node.operands().zip(&operands).all(|(id, line)| id == line.alpha);
             let alpha = if unchanged {
@@ -105,31 +105,31 @@ impl Lines {
             } else {
                 graph.simplified(node.map(|operand| self.lines[&operand].alpha))
             };
-            return Some(Line { alpha, beta: None });
+            return Some(TimeAffine { alpha, beta: None });
         }
         let zero = graph.constant(0.0);
         match (node, &operands[..]) {
             (Node::Negate(_), [a]) => {
-                let none = Line { alpha: zero, beta: None };
+                let none = TimeAffine { alpha: zero, beta: None };
                 Some(none.minus(graph, *a))
             }
             (Node::Add(..), [a, b]) => {
-                let beta = of_both(graph, a.beta, b.beta, Graph::add);
-                Some(Line { alpha: graph.add(a.alpha, b.alpha), beta })
+                let beta = of_both(graph, a.beta, b.beta, ExprGraph::add);
+                Some(TimeAffine { alpha: graph.add(a.alpha, b.alpha), beta })
             }
             (Node::Subtract(..), [a, b]) => Some(a.minus(graph, *b)),
             (Node::Multiply(..), [a, b] | [b, a]) if b.beta.is_none() => {
-                let beta = of_both(graph, a.beta, Some(b.alpha), Graph::multiply);
-                Some(Line { alpha: graph.multiply(a.alpha, b.alpha), beta })
+                let beta = of_both(graph, a.beta, Some(b.alpha), ExprGraph::multiply);
+                Some(TimeAffine { alpha: graph.multiply(a.alpha, b.alpha), beta })
             }
             (Node::Divide(..), [a, b]) if b.beta.is_none() => {
-                let beta = of_both(graph, a.beta, Some(b.alpha), Graph::divide);
-                Some(Line { alpha: graph.divide(a.alpha, b.alpha), beta })
+                let beta = of_both(graph, a.beta, Some(b.alpha), ExprGraph::divide);
+                Some(TimeAffine { alpha: graph.divide(a.alpha, b.alpha), beta })
             }
             (Node::Select(..), [condition, a, b]) if condition.beta.is_none() => {
                 let alpha = graph.select(condition.alpha, a.alpha, b.alpha);
                 let [a, b] = [a.beta, b.beta].map(|beta| beta.unwrap_or(zero));
-                Some(Line { alpha, beta: Some(graph.select(condition.alpha, a, b)) })
+                Some(TimeAffine { alpha, beta: Some(graph.select(condition.alpha, a, b)) })
             }
             _ => None,
         }
@@ -138,10 +138,10 @@ impl Lines {
 
 /// A function of two slopes; a missing slope is zero.
 fn of_both(
-    graph: &mut Graph,
+    graph: &mut ExprGraph,
     a: Option<ExprId>,
     b: Option<ExprId>,
-    f: fn(&mut Graph, ExprId, ExprId) -> ExprId,
+    f: fn(&mut ExprGraph, ExprId, ExprId) -> ExprId,
 ) -> Option<ExprId> {
     a.or(b)?;
     let zero = graph.constant(0.0);

@@ -14,11 +14,13 @@
 //! as it does for q|q|.
 
 use crate::dae::families::isolate;
-use crate::dae::rates::{Rows, Varying};
-use crate::dae::{Automaton, AutomatonKind, Family, Transition, Trigger, Unknown, position};
+use crate::dae::rates::{RowLayout, VaryingQuantities};
+use crate::dae::{
+    AutomatonKind, DaeAutomaton, DaeFamily, DaeTransition, DaeUnknown, Trigger, position,
+};
 use crate::expr::graph::Comparison;
-use crate::expr::{ExprId, Graph, Symbol};
-use crate::model::{Bound, Crossing, Model};
+use crate::expr::{ExprGraph, ExprId, Symbol};
+use crate::model::{BoundSide, Crossing, Model};
 
 /// Distance inside the bound at which the slope of an algebraic row is evaluated, relative to the size of the unknown.
 const A_LITTLE: f64 = 1e-3;
@@ -46,13 +48,13 @@ fn saturated(model: &Model) -> Vec<Symbol> {
 /// A bound, and the mode of the unknown at it.
 #[derive(Clone, Copy)]
 struct ActiveBound {
-    side: Bound,
+    side: BoundSide,
     bound: ExprId,
     mode: usize,
 }
 
 /// An unknown, or an element of an array, with its row.
-struct Bounded {
+struct BoundedUnknown {
     symbol: Symbol,
     name: String,
     size: f64,
@@ -62,12 +64,12 @@ struct Bounded {
 
 /// Makes the rows of unknowns with bounds depend on their modes, and adds the automata.
 pub(in crate::dae) fn saturate(
-    graph: &mut Graph,
-    varying: Varying<'_>,
+    graph: &mut ExprGraph,
+    varying: VaryingQuantities<'_>,
     bounds: &[ExprId],
-    unknowns: &mut [Unknown],
-    families: &mut Vec<Family>,
-    automata: &mut Vec<Automaton>,
+    unknowns: &mut [DaeUnknown],
+    families: &mut Vec<DaeFamily>,
+    automata: &mut Vec<DaeAutomaton>,
 ) {
     let model = varying.model;
     for symbol in saturated(model) {
@@ -95,7 +97,7 @@ pub(in crate::dae) fn saturate(
             let unknown = &mut unknowns[position(symbol)];
             (&mut unknown.rhs, unknown.mass)
         };
-        let bounded = Bounded {
+        let bounded = BoundedUnknown {
             symbol,
             name: model.unknown_name(symbol),
             size: declared.nominal.unwrap_or(declared.declared.unit.factor).abs(),
@@ -114,10 +116,10 @@ pub(in crate::dae) fn saturate(
             transitions.extend(changes);
         }
         let names = bounds_of_x.iter().map(|bound| match bound.side {
-            Bound::Lower => "at its lower bound",
-            Bound::Upper => "at its upper bound",
+            BoundSide::Lower => "at its lower bound",
+            BoundSide::Upper => "at its upper bound",
         });
-        automata.push(Automaton {
+        automata.push(DaeAutomaton {
             kind: AutomatonKind::Saturation,
             name: format!("saturate {}", bounded.name),
             modes: std::iter::once("free").chain(names).map(str::to_owned).collect(),
@@ -129,18 +131,18 @@ pub(in crate::dae) fn saturate(
 
 /// The row of an unknown at a bound, and the transitions to it and from it.
 fn at_bound(
-    graph: &mut Graph,
-    varying: Varying<'_>,
-    unknown: &Bounded,
+    graph: &mut ExprGraph,
+    varying: VaryingQuantities<'_>,
+    unknown: &BoundedUnknown,
     at: ActiveBound,
-) -> (ExprId, Vec<Transition>) {
+) -> (ExprId, Vec<DaeTransition>) {
     let (this, size) = (unknown.symbol, unknown.size);
     let x = graph.symbol(this);
-    let rate = varying.rate(graph, at.bound, Rows { unknowns: &[], families: &[] });
+    let rate = varying.rate(graph, at.bound, RowLayout { unknowns: &[], families: &[] });
     let rate = rate.unwrap_or_else(|| unreachable!("bounds read no unknowns"));
-    let inwards = |graph: &mut Graph, value: ExprId| match at.side {
-        Bound::Lower => value,
-        Bound::Upper => graph.negate(value),
+    let inwards = |graph: &mut ExprGraph, value: ExprId| match at.side {
+        BoundSide::Lower => value,
+        BoundSide::Upper => graph.negate(value),
     };
 
     // x − b and f − ḃ
@@ -169,7 +171,7 @@ fn at_bound(
     let enter = graph.select(differential, distance, solution);
     let leave = graph.select(differential, relative, solution);
     let reset = vec![(this, at.bound)];
-    let transition = |from, to, crossing, event, resets: &[(Symbol, ExprId)]| Transition {
+    let transition = |from, to, crossing, event, resets: &[(Symbol, ExprId)]| DaeTransition {
         from,
         to,
         event,

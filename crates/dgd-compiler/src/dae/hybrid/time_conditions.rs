@@ -5,11 +5,11 @@
 //! It switches at t = −α/β, and a solver can stop there. If α or β depend on numbers of other clocks, as in `mod(time,
 //! 1 [d]) > 6 [h]`, so does this time: it is a clock with one mark, at zero, that follows the others.
 
-use crate::dae::hybrid::lines::{Line, Lines, ticks};
+use crate::dae::hybrid::lines::{TimeAffine, TimeAffineMap, ticks};
 use crate::dae::{Clock, TimeCondition};
 use crate::expr::graph::Comparison;
 use crate::expr::hash::HashMap;
-use crate::expr::{ExprId, Graph, Node, Symbol};
+use crate::expr::{ExprGraph, ExprId, Node, Symbol};
 
 /// Conditions on time, and their replacements in expressions.
 pub(in crate::dae) struct OnTime {
@@ -22,18 +22,18 @@ pub(in crate::dae) struct OnTime {
 /// The conditions on time in the roots, and the replacement of each: whether the discrete number from position `first`
 /// on is above one half; for a step, its discrete number.
 pub(in crate::dae) fn time_conditions(
-    graph: &mut Graph,
+    graph: &mut ExprGraph,
     roots: impl IntoIterator<Item = ExprId>,
     first: usize,
 ) -> OnTime {
     let nodes = graph.listed(roots);
-    let mut lines = Lines::new(nodes.len(), first);
+    let mut lines = TimeAffineMap::new(nodes.len(), first);
     let (mut conditions, mut clocks) = (Vec::new(), Vec::new());
     let mut replacement = HashMap::default();
     for (id, node) in nodes {
         let position = u32::try_from(first + conditions.len()).unwrap_or(u32::MAX);
         if let Node::Compare(comparison, a, b) = node
-            && let (Some(a), Some(b)) = (lines.of(a), lines.of(b))
+            && let (Some(a), Some(b)) = (lines.affine(a), lines.affine(b))
             && (a.beta.is_some() || b.beta.is_some())
         {
             let number = graph.symbol(Symbol::Discrete(position));
@@ -45,14 +45,15 @@ pub(in crate::dae) fn time_conditions(
                 let (times, clock) = passage(graph, comparison, a, b, conditions.len());
                 conditions.extend(times);
                 clocks.push(clock);
-                let late = if is_late(comparison) { Comparison::Greater } else { Comparison::Less };
-                graph.compare(late, number, half)
+                let delayed =
+                    if is_delayed(comparison) { Comparison::Greater } else { Comparison::Less };
+                graph.compare(delayed, number, half)
             };
             replacement.insert(id, holds);
-            lines.insert(id, Line { alpha: holds, beta: None });
+            lines.insert(id, TimeAffine { alpha: holds, beta: None });
         } else if let Node::Call1(function, x) = node
             && function.get().name == "floor"
-            && let Some(line) = lines.of(x)
+            && let Some(line) = lines.affine(x)
             && line.beta.is_some()
         {
             let (times, clock) = ticks(graph, line, conditions.len(), Vec::new());
@@ -60,7 +61,7 @@ pub(in crate::dae) fn time_conditions(
             clocks.push(clock);
             let number = graph.symbol(Symbol::Discrete(position));
             replacement.insert(id, number);
-            lines.insert(id, Line { alpha: number, beta: None });
+            lines.insert(id, TimeAffine { alpha: number, beta: None });
         } else {
             lines.read(graph, id, node);
         }
@@ -69,16 +70,16 @@ pub(in crate::dae) fn time_conditions(
 }
 
 /// Whether a comparison holds above its threshold.
-fn is_late(comparison: Comparison) -> bool {
+fn is_delayed(comparison: Comparison) -> bool {
     matches!(comparison, Comparison::Greater | Comparison::GreaterEqual)
 }
 
 /// The clock with a mark where a − b passes zero.
 fn passage(
-    graph: &mut Graph,
+    graph: &mut ExprGraph,
     comparison: Comparison,
-    a: Line,
-    b: Line,
+    a: TimeAffine,
+    b: TimeAffine,
     condition: usize,
 ) -> ([TimeCondition; 2], Clock) {
     let difference = a.minus(graph, b);
@@ -87,7 +88,7 @@ fn passage(
     let zero = graph.constant(0.0);
     let holds = graph.compare(comparison, difference.alpha, zero);
     let [above, below] = [1.0, -1.0].map(|side| graph.constant(side));
-    let (yes, no) = if is_late(comparison) { (above, below) } else { (below, above) };
+    let (yes, no) = if is_delayed(comparison) { (above, below) } else { (below, above) };
     times[0].after = graph.select(holds, yes, no);
     (times, clock)
 }
@@ -96,13 +97,18 @@ fn passage(
 ///
 /// With a − b = α + β t it switches at −α/β. If β is zero it never does, which counts as having switched before all
 /// times.
-fn switch(graph: &mut Graph, comparison: Comparison, a: Line, b: Line) -> TimeCondition {
+fn switch(
+    graph: &mut ExprGraph,
+    comparison: Comparison,
+    a: TimeAffine,
+    b: TimeAffine,
+) -> TimeCondition {
     let zero = graph.constant(0.0);
     let difference = a.minus(graph, b);
     let (alpha, beta) = (difference.alpha, difference.beta.unwrap_or(zero));
-    let truth = |graph: &mut Graph, holds: bool| graph.constant(f64::from(u8::from(holds)));
-    let late = is_late(comparison);
-    let (rising, falling) = (truth(graph, late), truth(graph, !late));
+    let truth = |graph: &mut ExprGraph, holds: bool| graph.constant(f64::from(u8::from(holds)));
+    let is_rising_delayed = is_delayed(comparison);
+    let (rising, falling) = (truth(graph, is_rising_delayed), truth(graph, !is_rising_delayed));
 
     let quotient = graph.divide(alpha, beta);
     let crossing = graph.negate(quotient);

@@ -19,9 +19,9 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use super::identity::{is_constant, samples, tidied};
-use super::pantelides::Reduced;
-use super::variables::Variables;
-use crate::expr::{ExprId, Graph, Symbol};
+use super::pantelides::ReducedSystem;
+use super::variables::UnknownList;
+use crate::expr::{ExprGraph, ExprId, Symbol};
 
 /// Blocks with more constraints, or more choices, are limited to one choice.
 const MOST_CONSTRAINTS: usize = 4;
@@ -31,7 +31,7 @@ const EQUAL: f64 = 1e-9;
 
 /// Constraints, and the unknowns that they can be solved for.
 #[derive(Debug, Clone)]
-pub(super) struct Block {
+pub(super) struct ConstraintBlock {
     /// Equations of the constraints, ascending.
     pub(super) equations: Vec<usize>,
     /// Positions of the constraints.
@@ -39,19 +39,19 @@ pub(super) struct Block {
     /// The unknowns among which there is a choice.
     pub(super) candidates: Vec<u32>,
     /// At least one; with the first, the unknowns declared first stay states.
-    pub(super) choices: Vec<Choice>,
+    pub(super) choices: Vec<DummySelection>,
 }
 
 /// The unknowns that constraints are solved for.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub(super) struct Choice {
+pub(super) struct DummySelection {
     pub(super) dummies: Vec<u32>,
     /// The determinant, in units of the unknowns' sizes.
     pub(super) pivot: ExprId,
 }
 
 /// Rows of constraints that are solved together, and their unknowns that are in no earlier block.
-struct Group {
+struct ConstraintGroup {
     rows: Vec<usize>,
     candidates: Vec<u32>,
 }
@@ -59,12 +59,12 @@ struct Group {
 /// The blocks of the constraints, or the positions of constraints without enough unknowns. `typical` has values of
 /// symbols near which a choice must hold if there are too many.
 pub(super) fn blocks_of(
-    graph: &mut Graph,
-    reduced: &Reduced,
-    variables: &Variables,
+    graph: &mut ExprGraph,
+    reduced: &ReducedSystem,
+    variables: &UnknownList,
     typical: &dyn Fn(Symbol) -> f64,
-) -> Result<Vec<Block>, Vec<usize>> {
-    let mut blocks: Vec<Block> = Vec::new();
+) -> Result<Vec<ConstraintBlock>, Vec<usize>> {
+    let mut blocks: Vec<ConstraintBlock> = Vec::new();
     for group in groups(graph, reduced)? {
         let block = block(graph, reduced, variables, typical, &group)?;
         let twin = blocks.iter_mut().find(|other| choose_alike(graph, other, &block));
@@ -86,7 +86,7 @@ pub(super) fn blocks_of(
 }
 
 /// Constraints in groups, each with unknowns of its own.
-fn groups(graph: &Graph, reduced: &Reduced) -> Result<Vec<Group>, Vec<usize>> {
+fn groups(graph: &ExprGraph, reduced: &ReducedSystem) -> Result<Vec<ConstraintGroup>, Vec<usize>> {
     let unknowns: Vec<BTreeSet<u32>> = reduced
         .constraints
         .iter()
@@ -100,7 +100,7 @@ fn groups(graph: &Graph, reduced: &Reduced) -> Result<Vec<Group>, Vec<usize>> {
                 .collect()
         })
         .collect();
-    let mut groups: Vec<Group> = Vec::new();
+    let mut groups: Vec<ConstraintGroup> = Vec::new();
     let mut met: BTreeSet<u32> = BTreeSet::new();
     let mut open: Vec<usize> = (0..unknowns.len()).collect();
     while let Some(&first) = open.first() {
@@ -116,13 +116,13 @@ fn groups(graph: &Graph, reduced: &Reduced) -> Result<Vec<Group>, Vec<usize>> {
             break;
         };
         open.retain(|other| *other != row);
-        let mut group = Group {
+        let mut group = ConstraintGroup {
             rows: vec![row],
             candidates: unknowns[row].difference(&met).copied().collect(),
         };
         while group.candidates.len() < group.rows.len() {
             // The nearest group that shares unknowns with this one is solved together with it.
-            let shares = |other: &Group| {
+            let shares = |other: &ConstraintGroup| {
                 group
                     .rows
                     .iter()
@@ -143,7 +143,12 @@ fn groups(graph: &Graph, reduced: &Reduced) -> Result<Vec<Group>, Vec<usize>> {
 }
 
 /// Sorts unknowns like those whose derivatives they are, so that x, y and v_x, v_y are chosen alike.
-fn sort_as_rates(graph: &Graph, reduced: &Reduced, lower: &[u32], candidates: &mut [u32]) {
+fn sort_as_rates(
+    graph: &ExprGraph,
+    reduced: &ReducedSystem,
+    lower: &[u32],
+    candidates: &mut [u32],
+) {
     let mut position: BTreeMap<u32, usize> = BTreeMap::new();
     for (at, x) in lower.iter().enumerate() {
         let Some(rate) = reduced.rates.get(x) else { continue };
@@ -157,12 +162,12 @@ fn sort_as_rates(graph: &Graph, reduced: &Reduced, lower: &[u32], candidates: &m
 }
 
 fn block(
-    graph: &mut Graph,
-    reduced: &Reduced,
-    variables: &Variables,
+    graph: &mut ExprGraph,
+    reduced: &ReducedSystem,
+    variables: &UnknownList,
     typical: &dyn Fn(Symbol) -> f64,
-    Group { rows, candidates }: &Group,
-) -> Result<Block, Vec<usize>> {
+    ConstraintGroup { rows, candidates }: &ConstraintGroup,
+) -> Result<ConstraintBlock, Vec<usize>> {
     let zero = graph.constant(0.0);
     let mut matrix: Vec<Vec<ExprId>> = Vec::with_capacity(rows.len());
     for row in rows {
@@ -196,7 +201,7 @@ fn block(
         };
         if graph.value(pivot) != Some(0.0) {
             let dummies = set.iter().map(|column| candidates[*column]).collect();
-            choices.push(Choice { dummies, pivot });
+            choices.push(DummySelection { dummies, pivot });
         }
     }
     if let Some(best) = best_constant(graph, &choices, typical) {
@@ -209,7 +214,7 @@ fn block(
         rows.iter().map(|row| reduced.constraints[*row].equation).collect();
     equations.sort_unstable();
     equations.dedup();
-    Ok(Block { equations, rows: rows.clone(), candidates: candidates.clone(), choices })
+    Ok(ConstraintBlock { equations, rows: rows.clone(), candidates: candidates.clone(), choices })
 }
 
 /// The subsets of k of n columns, those of the last columns first; `None` if there are too many.
@@ -232,7 +237,7 @@ fn subsets(n: usize, k: usize) -> Option<Vec<Vec<usize>>> {
 }
 
 /// The determinant of a small matrix, by its first row.
-fn determinant(graph: &mut Graph, matrix: &[Vec<ExprId>]) -> ExprId {
+fn determinant(graph: &mut ExprGraph, matrix: &[Vec<ExprId>]) -> ExprId {
     let Some((first, others)) = matrix.split_first() else { return graph.constant(1.0) };
     let mut sum = graph.constant(0.0);
     for (column, entry) in first.iter().enumerate() {
@@ -253,7 +258,7 @@ fn determinant(graph: &mut Graph, matrix: &[Vec<ExprId>]) -> ExprId {
 }
 
 /// The product of the sizes of the chosen unknowns; 1 if all candidates are of one kind.
-fn relative_size(variables: &Variables, candidates: &[u32], set: &[usize]) -> f64 {
+fn relative_size(variables: &UnknownList, candidates: &[u32], set: &[usize]) -> f64 {
     let unknown = |i: u32| &variables.unknowns[i as usize];
     let dimension = candidates.first().map(|i| unknown(*i).unit.dimension);
     let alike =
@@ -267,8 +272,8 @@ fn relative_size(variables: &Variables, candidates: &[u32], set: &[usize]) -> f6
 
 /// The best of the choices with a pivot that never changes, the first of equal ones.
 fn best_constant(
-    graph: &Graph,
-    choices: &[Choice],
+    graph: &ExprGraph,
+    choices: &[DummySelection],
     typical: &dyn Fn(Symbol) -> f64,
 ) -> Option<usize> {
     let mut best: Option<(usize, f64)> = None;
@@ -286,7 +291,7 @@ fn best_constant(
 /// Columns with a well-conditioned minor at typical values, by elimination with full pivoting; `None` if there are
 /// fewer than rows.
 fn best_columns(
-    graph: &Graph,
+    graph: &ExprGraph,
     matrix: &[Vec<ExprId>],
     typical: &dyn Fn(Symbol) -> f64,
 ) -> Option<Vec<usize>> {
@@ -322,7 +327,7 @@ fn best_columns(
 }
 
 /// Whether the pivots of two blocks are in proportion, so that one choice serves both.
-fn choose_alike(graph: &Graph, a: &Block, b: &Block) -> bool {
+fn choose_alike(graph: &ExprGraph, a: &ConstraintBlock, b: &ConstraintBlock) -> bool {
     if a.choices.len() < 2 || a.choices.len() != b.choices.len() {
         return false;
     }

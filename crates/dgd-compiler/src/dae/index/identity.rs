@@ -6,7 +6,7 @@
 
 use crate::expr::graph::apply;
 use crate::expr::hash::HashMap;
-use crate::expr::{ExprId, Graph, Node, Symbol};
+use crate::expr::{ExprGraph, ExprId, Node, Symbol};
 
 /// Seeds of the sequences of numbers.
 const SAMPLES: [u64; 3] = [1, 2, 3];
@@ -14,7 +14,7 @@ const SAMPLES: [u64; 3] = [1, 2, 3];
 const ROUNDING: f64 = 1e-12;
 
 /// Replaces an expression that is identically a whole number by that number.
-pub(super) fn tidied(graph: &mut Graph, id: ExprId) -> ExprId {
+pub(super) fn tidied(graph: &mut ExprGraph, id: ExprId) -> ExprId {
     if graph.value(id).is_some() {
         return id;
     }
@@ -25,12 +25,12 @@ pub(super) fn tidied(graph: &mut Graph, id: ExprId) -> ExprId {
 }
 
 /// The values of an expression at all samples.
-pub(super) fn samples(graph: &Graph, id: ExprId) -> [f64; 3] {
+pub(super) fn samples(graph: &ExprGraph, id: ExprId) -> [f64; 3] {
     SAMPLES.map(|sample| sampled(graph, id, sample).0)
 }
 
 /// The value of an expression at a sample, and its magnitude without cancellation.
-fn sampled(graph: &Graph, id: ExprId, sample: u64) -> (f64, f64) {
+fn sampled(graph: &ExprGraph, id: ExprId, sample: u64) -> (f64, f64) {
     let mut values: HashMap<ExprId, (f64, f64)> = HashMap::default();
     for (part, node) in graph.listed([id]) {
         let value = match node {
@@ -65,7 +65,7 @@ fn number(position: u64, sample: u64) -> f64 {
 }
 
 /// Whether an expression is constant in time.
-pub(super) fn is_constant(graph: &Graph, id: ExprId) -> bool {
+pub(super) fn is_constant(graph: &ExprGraph, id: ExprId) -> bool {
     graph.symbols(id).iter().all(|symbol| matches!(symbol, Symbol::Parameter(_)))
 }
 
@@ -75,7 +75,7 @@ mod tests {
 
     #[test]
     fn what_cancels_is_found_and_what_is_small_is_kept() {
-        let mut g = Graph::default();
+        let mut g = ExprGraph::default();
         let [c, d] = [0, 1].map(|i| g.symbol(Symbol::Parameter(i)));
         let sum = g.add(c, d);
         let rest = g.subtract(sum, c);

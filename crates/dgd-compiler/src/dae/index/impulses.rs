@@ -20,15 +20,15 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use super::Systems;
-use super::explicit::Explicit;
+use super::ModeSystems;
+use super::explicit::ExplicitSystem;
 use super::identity::samples;
-use super::linear_derivatives::Residual;
-use super::pantelides::Reduced;
+use super::linear_derivatives::RemainingResidual;
+use super::pantelides::ReducedSystem;
 use crate::dae::matching::maximum_matching;
-use crate::dae::modes::Combinations;
+use crate::dae::modes::ModeCombinations;
 use crate::dae::{Impulses, JumpEntry, JumpKind};
-use crate::expr::{ExprId, Graph, Symbol};
+use crate::expr::{ExprGraph, ExprId, Symbol};
 use crate::model::Model;
 
 /// Pivots below this, in rows whose largest entry is one, are rounding errors.
@@ -38,7 +38,7 @@ const MOST_OPENED: usize = 16;
 
 /// The jumps on entering one combination of modes.
 #[derive(Debug, Clone, Default)]
-struct Rule {
+struct JumpRule {
     /// Kinds of all unknowns with a row or a derivative; others have none.
     kinds: BTreeMap<u32, JumpKind>,
     /// By row and column, which are numbers of unknowns.
@@ -47,16 +47,16 @@ struct Rule {
     rests: BTreeMap<u32, ExprId>,
 }
 
-impl Systems {
+impl ModeSystems {
     /// The rules of all combinations of modes, merged into one; empty if no mode ties states together. `outside` are
     /// expressions of the rows of arrays.
     pub(in crate::dae) fn impulses(
         &self,
         model: &Model,
-        graph: &mut Graph,
+        graph: &mut ExprGraph,
         outside: &[ExprId],
     ) -> Impulses {
-        let ties = |system: &Explicit| !system.reduced.constraints.is_empty();
+        let ties = |system: &ExplicitSystem| !system.reduced.constraints.is_empty();
         if model.automata.is_empty() || !self.explicit.iter().any(ties) {
             return Impulses::default();
         }
@@ -76,10 +76,13 @@ impl Systems {
         };
         for (part, (combinations, _)) in self.parts.iter().enumerate() {
             let systems = self.systems_of(part).iter();
-            let rules: Vec<Rule> = systems
+            let rules: Vec<JumpRule> = systems
                 .map(|system| {
-                    let rule =
-                        Instant::of(graph, &system.reduced).rule(graph, &read_outside, &bounded);
+                    let rule = ImpulseSystem::from_reduced(graph, &system.reduced).rule(
+                        graph,
+                        &read_outside,
+                        &bounded,
+                    );
                     rule.unwrap_or_else(|| without_jumps(&system.reduced))
                 })
                 .collect();
@@ -90,20 +93,20 @@ impl Systems {
     }
 
     /// Pairs of parts in which impulses of one pass through the other on their way to states.
-    pub(super) fn joined_by_impulses(&self, graph: &Graph) -> BTreeSet<(usize, usize)> {
+    pub(super) fn joined_by_impulses(&self, graph: &ExprGraph) -> BTreeSet<(usize, usize)> {
         let mut joins = BTreeSet::new();
         if self.parts.len() == 1 {
             return joins;
         }
         let systems = |part: usize| self.systems_of(part).iter().map(|system| &system.reduced);
         for part in 0..self.parts.len() {
-            let instants = systems(part).map(|reduced| Instant::of(graph, reduced));
+            let instants = systems(part).map(|reduced| ImpulseSystem::from_reduced(graph, reduced));
             let impulsive: BTreeSet<u32> = instants.flat_map(|instant| instant.impulsive).collect();
             if impulsive.is_empty() {
                 continue;
             }
             let reads = |other: usize, of: &BTreeSet<u32>| {
-                let rows = |reduced: &Reduced| {
+                let rows = |reduced: &ReducedSystem| {
                     reduced.algebraic.iter().map(|row| row.rest).collect::<Vec<_>>()
                 };
                 systems(other).flat_map(rows).any(|id| reads_any(graph, id, of))
@@ -146,30 +149,30 @@ impl Systems {
     }
 }
 
-fn reads_any(graph: &Graph, id: ExprId, of: &BTreeSet<u32>) -> bool {
+fn reads_any(graph: &ExprGraph, id: ExprId, of: &BTreeSet<u32>) -> bool {
     unknowns_in(graph, id).iter().any(|i| of.contains(i))
 }
 
 /// Adds the rules of all combinations of a part, merged into one; `own` are its unknowns.
 fn merge(
-    graph: &mut Graph,
-    combinations: &Combinations,
-    rules: &[Rule],
+    graph: &mut ExprGraph,
+    combinations: &ModeCombinations,
+    rules: &[JumpRule],
     own: impl Iterator<Item = u32>,
     impulses: &mut Impulses,
 ) {
     let zero = graph.constant(0.0);
     for i in own {
-        let kind = |rule: &Rule| rule.kinds.get(&i).copied().unwrap_or(JumpKind::None);
+        let kind = |rule: &JumpRule| rule.kinds.get(&i).copied().unwrap_or(JumpKind::None);
         let of_modes = rules.iter().map(|rule| graph.constant(kind(rule).number())).collect();
         impulses.kinds[i as usize] = combinations.merge(graph, of_modes);
-        let rest = |rule: &Rule| rule.rests.get(&i).copied().unwrap_or(zero);
+        let rest = |rule: &JumpRule| rule.rests.get(&i).copied().unwrap_or(zero);
         impulses.rests[i as usize] = combinations.merge(graph, rules.iter().map(rest).collect());
     }
     let places: BTreeSet<(u32, u32)> =
         rules.iter().flat_map(|rule| rule.entries.keys().copied()).collect();
     for place in places {
-        let value = |rule: &Rule| rule.entries.get(&place).copied().unwrap_or(zero);
+        let value = |rule: &JumpRule| rule.entries.get(&place).copied().unwrap_or(zero);
         let value = combinations.merge(graph, rules.iter().map(value).collect());
         let (row, column) = (place.0 as usize, place.1 as usize);
         impulses.entries.push(JumpEntry { row, column, value });
@@ -177,13 +180,13 @@ fn merge(
 }
 
 /// Modes in which unknowns with a derivative keep their values.
-fn without_jumps(reduced: &Reduced) -> Rule {
+fn without_jumps(reduced: &ReducedSystem) -> JumpRule {
     let states = reduced.rates.keys().filter(|x| !reduced.following.contains(x));
     let kinds = states.map(|x| (*x, JumpKind::Kept)).collect();
-    Rule { kinds, ..Rule::default() }
+    JumpRule { kinds, ..JumpRule::default() }
 }
 
-fn unknowns_in(graph: &Graph, id: ExprId) -> Vec<u32> {
+fn unknowns_in(graph: &ExprGraph, id: ExprId) -> Vec<u32> {
     let unknown = |symbol| match symbol {
         Symbol::Unknown(i) => Some(i),
         _ => None,
@@ -192,18 +195,18 @@ fn unknowns_in(graph: &Graph, id: ExprId) -> Vec<u32> {
 }
 
 /// The system of one combination of modes, with the unknowns that impulses can reach.
-struct Instant<'a> {
-    reduced: &'a Reduced,
+struct ImpulseSystem<'a> {
+    reduced: &'a ReducedSystem,
     /// The equation of each unknown without a derivative.
-    row_of: BTreeMap<u32, Residual>,
+    row_of: BTreeMap<u32, RemainingResidual>,
     /// Unknowns without a derivative that may be impulsive.
     impulsive: BTreeSet<u32>,
     /// Unknowns with a derivative that may jump.
     jumping: BTreeSet<u32>,
 }
 
-impl<'a> Instant<'a> {
-    fn of(graph: &Graph, reduced: &'a Reduced) -> Self {
+impl<'a> ImpulseSystem<'a> {
+    fn from_reduced(graph: &ExprGraph, reduced: &'a ReducedSystem) -> Self {
         let position: BTreeMap<u32, usize> =
             reduced.unknowns.iter().enumerate().map(|(column, i)| (*i, column)).collect();
         let incidence: Vec<Vec<usize>> = reduced
@@ -216,7 +219,7 @@ impl<'a> Instant<'a> {
             .collect();
         let matching = maximum_matching(&incidence, reduced.unknowns.len());
         let pairs = reduced.algebraic.iter().zip(&matching.of_row);
-        let row_of: BTreeMap<u32, Residual> = pairs
+        let row_of: BTreeMap<u32, RemainingResidual> = pairs
             .filter_map(|(row, column)| column.map(|column| (reduced.unknowns[column], *row)))
             .collect();
         let differentiated = row_of.iter().filter(|(_, row)| row.order > 0);
@@ -225,16 +228,16 @@ impl<'a> Instant<'a> {
         let reads = |id: ExprId| unknowns_in(graph, id).iter().any(|i| impulsive.contains(i));
         let jumping = reduced.rates.iter().filter(|(_, rate)| reads(rate.value));
         let jumping = jumping.map(|(x, _)| *x).collect();
-        Instant { reduced, row_of, impulsive, jumping }
+        ImpulseSystem { reduced, row_of, impulsive, jumping }
     }
 
     /// The rule; `None` if a constraint depends on a quantity whose jump is unknown.
     fn rule(
         &self,
-        graph: &mut Graph,
+        graph: &mut ExprGraph,
         outside: &BTreeSet<u32>,
         bounded: &BTreeSet<u32>,
-    ) -> Option<Rule> {
+    ) -> Option<JumpRule> {
         let mut rule = without_jumps(self.reduced);
         if self.impulsive.is_empty() {
             return Some(rule);
@@ -311,14 +314,15 @@ impl<'a> Instant<'a> {
     }
 
     /// The constraint whose derivative a row is.
-    fn constraint_below(&self, row: Residual) -> Option<ExprId> {
-        let below =
-            |other: &&Residual| other.equation == row.equation && other.order + 1 == row.order;
+    fn constraint_below(&self, row: RemainingResidual) -> Option<ExprId> {
+        let below = |other: &&RemainingResidual| {
+            other.equation == row.equation && other.order + 1 == row.order
+        };
         self.reduced.constraints.iter().find(below).map(|constraint| constraint.rest)
     }
 
     /// ∂e/∂x of the unknowns with a derivative.
-    fn slopes(graph: &mut Graph, e: ExprId) -> Vec<(u32, ExprId)> {
+    fn slopes(graph: &mut ExprGraph, e: ExprId) -> Vec<(u32, ExprId)> {
         let unknowns: Vec<u32> = unknowns_in(graph, e);
         let gradient = graph.gradient(e, |symbol| match symbol {
             Symbol::Unknown(i) => unknowns.iter().position(|other| *other == i),
@@ -328,7 +332,7 @@ impl<'a> Instant<'a> {
     }
 
     /// ∂e/∂z of the impulsive unknowns, if these derivatives are constant during the instant.
-    fn coefficients(&self, graph: &mut Graph, e: ExprId) -> Option<Vec<(u32, ExprId)>> {
+    fn coefficients(&self, graph: &mut ExprGraph, e: ExprId) -> Option<Vec<(u32, ExprId)>> {
         let slopes = Self::slopes(graph, e).into_iter();
         let slopes: Vec<(u32, ExprId)> =
             slopes.filter(|(z, _)| self.impulsive.contains(z)).collect();
@@ -337,7 +341,7 @@ impl<'a> Instant<'a> {
 
     /// An expression of states, inputs, time and parameters that is constant during the instant; unknowns that follow
     /// from these are substituted.
-    fn still(&self, graph: &mut Graph, id: ExprId) -> Option<ExprId> {
+    fn still(&self, graph: &mut ExprGraph, id: ExprId) -> Option<ExprId> {
         let mut id = id;
         for _ in 0..MOST_OPENED {
             let mut opened: BTreeMap<u32, ExprId> = BTreeMap::new();
@@ -370,7 +374,7 @@ impl<'a> Instant<'a> {
     }
 
     /// The value of an unknown if its own equation gives it directly.
-    fn value_of(&self, graph: &mut Graph, z: u32) -> Option<ExprId> {
+    fn value_of(&self, graph: &mut ExprGraph, z: u32) -> Option<ExprId> {
         let rest = self.row_of.get(&z)?.rest;
         let is_own = |symbol: Symbol| symbol == Symbol::Unknown(z);
         let gradient = graph.gradient(rest, |symbol| is_own(symbol).then_some(0));
@@ -386,7 +390,7 @@ impl<'a> Instant<'a> {
 
     /// Marks the states in a sum that impulses conserve: those that no choice of impulses, subject to the equations
     /// between them, moves by themselves.
-    fn find_conserved(&self, graph: &Graph, rule: &mut Rule) {
+    fn find_conserved(&self, graph: &ExprGraph, rule: &mut JumpRule) {
         let of_kind = |kind: JumpKind| {
             let of_kind = rule.kinds.iter().filter(move |(_, other)| **other == kind);
             of_kind.map(|(i, _)| *i).collect::<Vec<u32>>()
@@ -424,7 +428,11 @@ impl<'a> Instant<'a> {
 }
 
 /// Adds the unknowns whose equations read one of these.
-fn spread(graph: &Graph, row_of: &BTreeMap<u32, Residual>, reached: &mut BTreeSet<u32>) {
+fn spread(
+    graph: &ExprGraph,
+    row_of: &BTreeMap<u32, RemainingResidual>,
+    reached: &mut BTreeSet<u32>,
+) {
     let reads: Vec<(u32, Vec<u32>)> =
         row_of.iter().map(|(z, row)| (*z, unknowns_in(graph, row.rest))).collect();
     loop {

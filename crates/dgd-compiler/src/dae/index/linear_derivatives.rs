@@ -14,13 +14,13 @@
 use std::collections::BTreeMap;
 
 use super::identity::{is_constant, tidied};
-use super::variables::{Variables, sum};
-use crate::dae::transfer::Equation;
-use crate::expr::{ExprId, Graph, Symbol};
+use super::variables::{UnknownList, sum};
+use crate::dae::transfer::TransferredEquation;
+use crate::expr::{ExprGraph, ExprId, Symbol};
 
 /// 0 = rest, from an equation of the model.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) struct Residual {
+pub(super) struct RemainingResidual {
     pub(super) rest: ExprId,
     /// Position of the equation.
     pub(super) equation: usize,
@@ -30,39 +30,39 @@ pub(super) struct Residual {
 
 /// ẋ, and the equation that gives it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) struct Rate {
+pub(super) struct DerivativeRate {
     pub(super) value: ExprId,
     pub(super) equation: usize,
 }
 
 /// Derivatives that equations give directly, and the remaining equations.
 #[derive(Debug, Default)]
-pub(super) struct Solved {
-    pub(super) rates: BTreeMap<u32, Rate>,
+pub(super) struct SolvedDerivatives {
+    pub(super) rates: BTreeMap<u32, DerivativeRate>,
     /// The other equations, without derivatives.
-    pub(super) algebraic: Vec<Residual>,
+    pub(super) algebraic: Vec<RemainingResidual>,
 }
 
 /// Solves the equations of a combination of modes for derivatives, as far as they are linear in them.
 pub(super) fn solve_for_derivatives(
-    graph: &mut Graph,
-    all: &[Equation<'_>],
+    graph: &mut ExprGraph,
+    all: &[TransferredEquation<'_>],
     holding: &[usize],
-    variables: &mut Variables,
-) -> Solved {
-    let mut solved = Solved::default();
+    variables: &mut UnknownList,
+) -> SolvedDerivatives {
+    let mut solved = SolvedDerivatives::default();
     let mut implicit: BTreeMap<u32, ExprId> = BTreeMap::new();
-    let mut left: Vec<Residual> = Vec::new();
+    let mut left: Vec<RemainingResidual> = Vec::new();
     for members in together(all, holding) {
         let done = match members[..] {
             [e] if all[e].derivatives.is_empty() => {
-                left.push(Residual { rest: all[e].rest, equation: e, order: 0 });
+                left.push(RemainingResidual { rest: all[e].rest, equation: e, order: 0 });
                 true
             }
             [e] if all[e].derivatives.len() == 1 => {
                 let i = all[e].derivatives[0];
                 let rate = solve_for_derivative(graph, all[e].rest, Symbol::Derivative(i));
-                let rate = rate.map(|value| Rate { value, equation: e });
+                let rate = rate.map(|value| DerivativeRate { value, equation: e });
                 rate.is_some_and(|rate| solved.rates.insert(i, rate).is_none())
             }
             _ => eliminate(graph, all, &members, variables, &mut solved.rates, &mut left),
@@ -73,9 +73,9 @@ pub(super) fn solve_for_derivatives(
                     let rate = variables.rate_of(i, equation, graph);
                     let value = graph.symbol(Symbol::Unknown(rate));
                     implicit.insert(i, value);
-                    solved.rates.entry(i).or_insert(Rate { value, equation });
+                    solved.rates.entry(i).or_insert(DerivativeRate { value, equation });
                 }
-                left.push(Residual { rest: all[equation].rest, equation, order: 0 });
+                left.push(RemainingResidual { rest: all[equation].rest, equation, order: 0 });
             }
         }
     }
@@ -91,7 +91,7 @@ pub(super) fn solve_for_derivatives(
 }
 
 /// The equations grouped by shared derivatives, each group in the order of the file.
-fn together(all: &[Equation<'_>], holding: &[usize]) -> Vec<Vec<usize>> {
+fn together(all: &[TransferredEquation<'_>], holding: &[usize]) -> Vec<Vec<usize>> {
     let mut groups: Vec<Vec<usize>> = Vec::new();
     let mut group_of: BTreeMap<u32, usize> = BTreeMap::new();
     for &e in holding {
@@ -125,7 +125,7 @@ fn together(all: &[Equation<'_>], holding: &[usize]) -> Vec<Vec<usize>> {
 
 /// f in ẋ = f, where 0 = r − l is a ẋ + b with a free of derivatives: f = −b/a.
 pub(in crate::dae) fn solve_for_derivative(
-    graph: &mut Graph,
+    graph: &mut ExprGraph,
     rest: ExprId,
     rate: Symbol,
 ) -> Option<ExprId> {
@@ -143,13 +143,13 @@ pub(in crate::dae) fn solve_for_derivative(
     Some(graph.divide(b, minus_a))
 }
 
-fn without_derivatives(graph: &mut Graph, rest: ExprId) -> ExprId {
+fn without_derivatives(graph: &mut ExprGraph, rest: ExprId) -> ExprId {
     let zero = graph.constant(0.0);
     graph.substitute(rest, |symbol| matches!(symbol, Symbol::Derivative(_)).then_some(zero))
 }
 
 /// A row of 0 = A ẋ + b.
-struct Line {
+struct LinearRow {
     coefficients: Vec<ExprId>,
     rest: ExprId,
     equation: usize,
@@ -157,12 +157,12 @@ struct Line {
 
 /// Eliminates among equations that share derivatives; returns whether that produced combinations.
 fn eliminate(
-    graph: &mut Graph,
-    all: &[Equation<'_>],
+    graph: &mut ExprGraph,
+    all: &[TransferredEquation<'_>],
     members: &[usize],
-    variables: &mut Variables,
-    rates: &mut BTreeMap<u32, Rate>,
-    left: &mut Vec<Residual>,
+    variables: &mut UnknownList,
+    rates: &mut BTreeMap<u32, DerivativeRate>,
+    left: &mut Vec<RemainingResidual>,
 ) -> bool {
     let mut columns: Vec<u32> =
         members.iter().flat_map(|e| all[*e].derivatives.iter().copied()).collect();
@@ -175,9 +175,9 @@ fn eliminate(
         return false;
     }
     for (row, line) in lines.iter().enumerate() {
-        let Line { coefficients, rest, equation } = line;
+        let LinearRow { coefficients, rest, equation } = line;
         let Some(&pivot) = pivots.get(row) else {
-            left.push(Residual { rest: *rest, equation: *equation, order: 0 });
+            left.push(RemainingResidual { rest: *rest, equation: *equation, order: 0 });
             continue;
         };
         let divisor = coefficients[pivot];
@@ -190,7 +190,7 @@ fn eliminate(
                 terms.push((*column, tidied(graph, quotient)));
             }
         }
-        let rate = Rate { value, equation: *equation };
+        let rate = DerivativeRate { value, equation: *equation };
         if let [(only, _)] = terms[..] {
             rates.insert(only, rate);
             continue;
@@ -202,18 +202,18 @@ fn eliminate(
         let value = sum(graph, &terms, |graph, i| graph.symbol(Symbol::Unknown(i)));
         let w = graph.symbol(Symbol::Unknown(w));
         let rest = graph.subtract(value, w);
-        left.push(Residual { rest, equation: *equation, order: 0 });
+        left.push(RemainingResidual { rest, equation: *equation, order: 0 });
     }
     true
 }
 
 /// 0 = A ẋ + b, if A is free of derivatives.
 fn linear(
-    graph: &mut Graph,
-    all: &[Equation<'_>],
+    graph: &mut ExprGraph,
+    all: &[TransferredEquation<'_>],
     members: &[usize],
     columns: &[u32],
-) -> Option<Vec<Line>> {
+) -> Option<Vec<LinearRow>> {
     let zero = graph.constant(0.0);
     let mut lines = Vec::with_capacity(members.len());
     for &equation in members {
@@ -229,14 +229,14 @@ fn linear(
             }
             coefficients[column] = a;
         }
-        lines.push(Line { coefficients, rest: without_derivatives(graph, rest), equation });
+        lines.push(LinearRow { coefficients, rest: without_derivatives(graph, rest), equation });
     }
     Some(lines)
 }
 
 /// Gauss–Jordan elimination: moves rows with pivots to the front and returns their columns; `None` if a quotient of
 /// coefficients is not constant in time.
-fn reduce(graph: &mut Graph, lines: &mut [Line], n: usize) -> Option<Vec<usize>> {
+fn reduce(graph: &mut ExprGraph, lines: &mut [LinearRow], n: usize) -> Option<Vec<usize>> {
     let mut pivots: Vec<usize> = Vec::new();
     for column in 0..n {
         let first = pivots.len();

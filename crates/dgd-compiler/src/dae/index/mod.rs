@@ -28,57 +28,57 @@ mod variables;
 use std::collections::BTreeSet;
 
 use self::dummy_derivatives::blocks_of;
-use self::explicit::{Place, Row, rows_of};
-use self::linear_derivatives::{Solved, solve_for_derivatives};
-use self::pantelides::{Obstacle, Refusal, Slopes, reduce};
-use self::partition::{Part, Partition};
+use self::explicit::{ExplicitRow, RowAssignment, rows_of};
+use self::linear_derivatives::{SolvedDerivatives, solve_for_derivatives};
+use self::pantelides::{InputSlopes, Obstacle, ReductionRefusal, reduce};
+use self::partition::{Partition, SystemPart};
 use self::refusal::{no_choice, refuse, verify_bounds};
-use self::typical::Typical;
-use self::variables::Variables;
+use self::typical::TypicalValues;
+use self::variables::UnknownList;
 use crate::dae::matching::verify_counts;
-use crate::dae::modes::{Combinations, in_modes, select};
-use crate::dae::transfer::{Equation, Transferred};
-use crate::dae::{Automaton, DelayedInput, DifferentiatedInput, Unknown};
-use crate::diagnostics::{Diagnostics, Reported};
-use crate::expr::{ExprId, Graph, Node, Symbol};
+use crate::dae::modes::{ModeCombinations, in_modes, select};
+use crate::dae::transfer::{TransferredEquation, TransferredModel};
+use crate::dae::{DaeAutomaton, DaeUnknown, DelayedInput, DifferentiatedInput};
+use crate::diagnostics::{Diagnostics, ErrorReported};
+use crate::expr::{ExprGraph, ExprId, Node, Symbol};
 use crate::model::Model;
 
-pub(super) use explicit::Explicit;
+pub(super) use explicit::ExplicitSystem;
 pub(super) use linear_derivatives::solve_for_derivative;
-pub(super) use state_selection::Selections;
+pub(super) use state_selection::StateSelections;
 
 /// Up to this many combinations of modes form one part; with more, the model is split into parts.
 const TOGETHER: usize = 1024;
 
 /// One system for each combination of the modes of each part, over common unknowns.
-pub(super) struct Systems {
+pub(super) struct ModeSystems {
     partition: Partition,
     /// Combinations of modes of each part, and the position of its first system.
-    parts: Vec<(Combinations, usize)>,
+    parts: Vec<(ModeCombinations, usize)>,
     /// Part by part, in the order of the combinations.
-    pub(super) explicit: Vec<Explicit>,
-    variables: Variables,
-    typical: Typical,
+    pub(super) explicit: Vec<ExplicitSystem>,
+    variables: UnknownList,
+    typical: TypicalValues,
 }
 
-impl Systems {
+impl ModeSystems {
     /// Counts the equations of every combination, solves them for derivatives and reduces the index.
     /// Equations that are `taken` determine elements of arrays. Arrays whose elements would have to be
     /// differentiated are added to `tied`, and the failure is reported.
     pub(super) fn reduced(
         model: &Model,
-        graph: &mut Graph,
-        transferred: &mut Transferred<'_>,
+        graph: &mut ExprGraph,
+        transferred: &mut TransferredModel<'_>,
         delayed: &[DelayedInput],
         taken: &BTreeSet<usize>,
         tied: &mut BTreeSet<usize>,
         diagnostics: &mut Diagnostics,
-    ) -> Result<Systems, Reported> {
+    ) -> Result<ModeSystems, ErrorReported> {
         let histories = std::mem::take(&mut transferred.histories);
-        let typical = Typical::of(model, graph, &transferred.starts);
+        let typical = TypicalValues::from_model(model, graph, &transferred.starts);
         let last = transferred.equations.len() - model.families.len();
         let equations: BTreeSet<usize> = (0..last).filter(|e| !taken.contains(e)).collect();
-        let all_modes = Combinations::of(model, 0..model.automata.len());
+        let all_modes = ModeCombinations::enumerate(model, 0..model.automata.len());
         let is_whole = all_modes.is_some_and(|modes| modes.len() <= TOGETHER);
         let mut partition = if is_whole {
             Partition::whole(model, equations)
@@ -91,21 +91,23 @@ impl Systems {
             Partition::finest(model, graph, transferred, &equations)
         };
         let delayed = delayed.iter().map(|delayed| delayed.input).collect();
-        let slopes = Slopes { inputs: &model.inputs, delayed };
-        let reduction = Reduction { model, transferred, slopes, typical: &typical, is_whole };
+        let slopes = InputSlopes { inputs: &model.inputs, delayed };
+        let reduction = IndexReduction { model, transferred, slopes, typical: &typical, is_whole };
         loop {
             let starts = transferred.starts.clone();
-            let mut variables = Variables::declared(model, starts, histories.clone());
+            let mut variables = UnknownList::declared(model, starts, histories.clone());
             let mut joins = BTreeSet::new();
             let (mut parts, mut explicit) = (Vec::new(), Vec::new());
             for (position, part) in partition.parts.iter().enumerate() {
-                let Some(combinations) = Combinations::of(model, part.automata.iter().copied())
+                let Some(combinations) =
+                    ModeCombinations::enumerate(model, part.automata.iter().copied())
                 else {
-                    return Err(Combinations::too_many(model, diagnostics));
+                    return Err(ModeCombinations::too_many(model, diagnostics));
                 };
                 let first = explicit.len();
                 for modes in combinations.iter() {
-                    let parts_modes = Own { partition: &partition, part: position, modes: &modes };
+                    let parts_modes =
+                        PartModes { partition: &partition, part: position, modes: &modes };
                     let reduced = reduction.run(
                         graph,
                         parts_modes,
@@ -120,7 +122,7 @@ impl Systems {
                 }
                 parts.push((combinations, first));
             }
-            let systems = Systems {
+            let systems = ModeSystems {
                 partition: partition.clone(),
                 parts,
                 explicit,
@@ -147,7 +149,7 @@ impl Systems {
     }
 
     /// The systems of a part, in the order of its combinations.
-    fn systems_of(&self, part: usize) -> &[Explicit] {
+    fn systems_of(&self, part: usize) -> &[ExplicitSystem] {
         let (combinations, first) = &self.parts[part];
         &self.explicit[*first..first + combinations.len()]
     }
@@ -155,7 +157,7 @@ impl Systems {
     /// The inputs through which equations have been differentiated, each once.
     pub(super) fn differentiated_inputs(
         &self,
-        equations: &[Equation<'_>],
+        equations: &[TransferredEquation<'_>],
     ) -> Vec<DifferentiatedInput> {
         let mut inputs: Vec<DifferentiatedInput> = Vec::new();
         let differentiated = self.explicit.iter().flat_map(|s| &s.reduced.differentiated);
@@ -172,16 +174,16 @@ impl Systems {
     pub(super) fn rows(
         &self,
         model: &Model,
-        graph: &mut Graph,
-        equations: &[Equation<'_>],
-        selections: &Selections,
-        selecting: &[Automaton],
+        graph: &mut ExprGraph,
+        equations: &[TransferredEquation<'_>],
+        selections: &StateSelections,
+        selecting: &[DaeAutomaton],
         diagnostics: &mut Diagnostics,
-    ) -> Vec<Unknown> {
+    ) -> Vec<DaeUnknown> {
         let n = u32::try_from(self.variables.len()).unwrap_or(u32::MAX);
         let mut unknowns_by_part: Vec<Vec<u32>> = vec![Vec::new(); self.parts.len()];
         (0..n).for_each(|i| unknowns_by_part[self.part_of(i)].push(i));
-        let mut places: Vec<Vec<Place>> = vec![Vec::new(); self.variables.len()];
+        let mut places: Vec<Vec<RowAssignment>> = vec![Vec::new(); self.variables.len()];
         for (part, unknowns) in unknowns_by_part.iter().enumerate() {
             for system in self.systems_of(part) {
                 for (i, place) in rows_of(graph, system, &self.variables, equations, unknowns) {
@@ -190,18 +192,18 @@ impl Systems {
             }
         }
         verify_bounds(model, graph, equations, &self.explicit, &places, diagnostics);
-        let start_modes = Combinations::start_modes(model);
+        let start_modes = ModeCombinations::start_modes(model);
         let automata = model.automata.len();
         let unknowns = (0..n).zip(self.variables.unknowns.iter().cloned()).zip(places);
         unknowns
             .map(|((i, unknown), places)| {
                 let (combinations, first) = &self.parts[self.part_of(i)];
                 let start = combinations.position(&start_modes);
-                let mut merge = |value: &mut dyn FnMut(&mut Graph, &Row) -> ExprId| {
+                let mut merge = |value: &mut dyn FnMut(&mut ExprGraph, &ExplicitRow) -> ExprId| {
                     let values = places.iter().enumerate().map(|(combination, place)| {
                         let rows = place.rows().iter();
                         let values: Vec<ExprId> = rows.map(|row| value(graph, row)).collect();
-                        let Place::Chosen(block, _) = place else { return values[0] };
+                        let RowAssignment::Chosen(block, _) = place else { return values[0] };
                         match selections.automaton_of(first + combination, *block) {
                             Some(k) => select(graph, automata + k, &values),
                             None => values[0],
@@ -214,17 +216,17 @@ impl Systems {
                 let mass =
                     merge(&mut |graph, row| graph.constant(f64::from(u8::from(row.differential))));
                 let at_start = match &places[start] {
-                    Place::Fixed(row) => row,
-                    Place::Chosen(block, rows) => {
+                    RowAssignment::Fixed(row) => row,
+                    RowAssignment::Chosen(block, rows) => {
                         let automaton = selections.automaton_of(first + start, *block);
                         &rows[automaton.map_or(0, |k| selecting[k].start)]
                     }
                 };
-                Unknown {
+                DaeUnknown {
                     mass,
                     differential: at_start.differential,
                     rhs,
-                    equation: labels(equations, places.iter().flat_map(Place::rows)),
+                    equation: labels(equations, places.iter().flat_map(RowAssignment::rows)),
                     span: equations[at_start.equation].span,
                     ..unknown
                 }
@@ -233,7 +235,7 @@ impl Systems {
     }
 
     /// ẏ of each unknown whose derivative is given in all modes.
-    pub(super) fn rates(&self, graph: &mut Graph) -> Vec<Option<ExprId>> {
+    pub(super) fn rates(&self, graph: &mut ExprGraph) -> Vec<Option<ExprId>> {
         let mut rate_of = |i: u32| {
             let part = self.part_of(i);
             let systems = self.systems_of(part).iter();
@@ -247,30 +249,30 @@ impl Systems {
 }
 
 /// Context for reducing every combination of modes.
-struct Reduction<'a> {
+struct IndexReduction<'a> {
     model: &'a Model,
-    transferred: &'a Transferred<'a>,
-    slopes: Slopes<'a>,
-    typical: &'a Typical,
+    transferred: &'a TransferredModel<'a>,
+    slopes: InputSlopes<'a>,
+    typical: &'a TypicalValues,
     /// Whether the whole model is one part.
     is_whole: bool,
 }
 
 /// A combination of the modes of a part.
 #[derive(Clone, Copy)]
-struct Own<'a> {
+struct PartModes<'a> {
     partition: &'a Partition,
     part: usize,
     modes: &'a [usize],
 }
 
-impl Own<'_> {
-    fn part(&self) -> &Part {
+impl PartModes<'_> {
+    fn part(&self) -> &SystemPart {
         &self.partition.parts[self.part]
     }
 
     /// Records that this part needs the part of another unknown.
-    fn join(&self, variables: &Variables, i: u32, joins: &mut BTreeSet<(usize, usize)>) {
+    fn join(&self, variables: &UnknownList, i: u32, joins: &mut BTreeSet<(usize, usize)>) {
         let other = match variables.addition(i) {
             Some(addition) => self.partition.of_equation(addition.equation),
             None => self.partition.of_unknown(i),
@@ -279,23 +281,23 @@ impl Own<'_> {
     }
 }
 
-impl Reduction<'_> {
+impl IndexReduction<'_> {
     /// The system of the equations of a part in one combination, its states not yet chosen; `None` if the part has to be
     /// joined with another one.
     fn run(
         &self,
-        graph: &mut Graph,
-        own: Own<'_>,
-        variables: &mut Variables,
+        graph: &mut ExprGraph,
+        own: PartModes<'_>,
+        variables: &mut UnknownList,
         tied: &mut BTreeSet<usize>,
         joins: &mut BTreeSet<(usize, usize)>,
         diagnostics: &mut Diagnostics,
-    ) -> Result<Option<Explicit>, Reported> {
-        let Reduction { model, transferred, ref slopes, typical, is_whole } = *self;
+    ) -> Result<Option<ExplicitSystem>, ErrorReported> {
+        let IndexReduction { model, transferred, ref slopes, typical, is_whole } = *self;
         let equations = &transferred.equations;
         let part = own.part();
         let automata = part.automata.iter().copied();
-        let mut modes = Combinations::start_modes(model);
+        let mut modes = ModeCombinations::start_modes(model);
         for (automaton, mode) in automata.clone().zip(own.modes) {
             modes[automaton] = *mode;
         }
@@ -310,7 +312,7 @@ impl Reduction<'_> {
         let in_use = in_use(graph, part, variables, &solved);
         let reduced = match reduce(graph, solved, &in_use, part, variables, equations, slopes) {
             Ok(reduced) => reduced,
-            Err(Refusal { obstacle: Obstacle::Foreign(i), .. }) => {
+            Err(ReductionRefusal { obstacle: Obstacle::Foreign(i), .. }) => {
                 own.join(variables, i, joins);
                 return Ok(None);
             }
@@ -344,24 +346,24 @@ impl Reduction<'_> {
             let rows = rows.into_iter().map(|row| &reduced.constraints[row]);
             no_choice(equations, rows, context, diagnostics)
         })?;
-        Ok(Some(Explicit { reduced, blocks }))
+        Ok(Some(ExplicitSystem { reduced, blocks }))
     }
 }
 
 /// Counts the equations in the initial modes, and with each block in each of its other modes.
 fn verify_each_mode(
     model: &Model,
-    graph: &Graph,
-    transferred: &Transferred<'_>,
+    graph: &ExprGraph,
+    transferred: &TransferredModel<'_>,
     counted: &BTreeSet<usize>,
     diagnostics: &mut Diagnostics,
-) -> Result<(), Reported> {
+) -> Result<(), ErrorReported> {
     let verify = |modes: &[usize], context: &str, diagnostics: &mut Diagnostics| {
         let holding = transferred.holding(modes).into_iter();
         let holding: Vec<usize> = holding.filter(|e| counted.contains(e)).collect();
         verify_counts(model, graph, &transferred.equations, &holding, context, diagnostics)
     };
-    let start = Combinations::start_modes(model);
+    let start = ModeCombinations::start_modes(model);
     verify(&start, "", diagnostics)?;
     for (k, automaton) in model.automata.iter().enumerate() {
         for mode in (0..automaton.modes.len()).filter(|mode| *mode != start[k]) {
@@ -377,8 +379,8 @@ fn verify_each_mode(
 /// Adds the arrays that single equations read: these may prevent the match.
 fn tie_what_is_read(
     model: &Model,
-    graph: &Graph,
-    equations: &[Equation<'_>],
+    graph: &ExprGraph,
+    equations: &[TransferredEquation<'_>],
     single: &[usize],
     tied: &mut BTreeSet<usize>,
 ) {
@@ -396,7 +398,12 @@ fn array_of(model: &Model, element: u32) -> usize {
 }
 
 /// The unknowns of a part in a combination of modes: the declared ones, and those that its equations have added.
-fn in_use(graph: &Graph, part: &Part, variables: &Variables, solved: &Solved) -> Vec<u32> {
+fn in_use(
+    graph: &ExprGraph,
+    part: &SystemPart,
+    variables: &UnknownList,
+    solved: &SolvedDerivatives,
+) -> Vec<u32> {
     let rests = solved.algebraic.iter().map(|residual| residual.rest);
     let read = graph.reachable(rests.chain(solved.rates.values().map(|rate| rate.value)));
     let read = read.into_iter().filter_map(|id| match graph.node(id) {
@@ -411,7 +418,10 @@ fn in_use(graph: &Graph, part: &Part, variables: &Variables, solved: &Solved) ->
 }
 
 /// Labels of the equations of an unknown's rows, each once and in an order that does not depend on the file.
-fn labels<'a>(equations: &[Equation<'_>], rows: impl Iterator<Item = &'a Row>) -> String {
+fn labels<'a>(
+    equations: &[TransferredEquation<'_>],
+    rows: impl Iterator<Item = &'a ExplicitRow>,
+) -> String {
     let mut labels: Vec<String> = Vec::new();
     for row in rows {
         let mut label = equations[row.equation].label.to_owned();

@@ -18,12 +18,12 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use super::identity::is_constant;
-use super::linear_derivatives::{Rate, Residual, Solved};
-use super::partition::Part;
-use super::variables::Variables;
+use super::linear_derivatives::{DerivativeRate, RemainingResidual, SolvedDerivatives};
+use super::partition::SystemPart;
+use super::variables::UnknownList;
 use crate::dae::matching::maximum_matching;
-use crate::dae::transfer::Equation;
-use crate::expr::{ExprId, Graph, Node, Symbol};
+use crate::dae::transfer::TransferredEquation;
+use crate::expr::{ExprGraph, ExprId, Node, Symbol};
 use crate::model::{Input, Interpolation};
 
 /// Mechanical and control systems need no more differentiations.
@@ -31,18 +31,18 @@ const MOST_DERIVATIVES: u32 = 8;
 
 /// A system of index 1 whose states are not chosen yet.
 #[derive(Debug, Default)]
-pub(super) struct Reduced {
+pub(super) struct ReducedSystem {
     /// Derivatives of all unknowns that have one.
-    pub(super) rates: BTreeMap<u32, Rate>,
+    pub(super) rates: BTreeMap<u32, DerivativeRate>,
     /// Those whose derivative only a differentiated equation needs.
     pub(super) following: BTreeSet<u32>,
     /// Unknowns without a derivative; as many equations determine them.
     pub(super) unknowns: Vec<u32>,
-    pub(super) algebraic: Vec<Residual>,
+    pub(super) algebraic: Vec<RemainingResidual>,
     /// Declared inputs through which equations were differentiated, each with one of these equations.
     pub(super) differentiated: BTreeMap<usize, usize>,
     /// Equations between the unknowns with a derivative; each derived constraint follows its origin.
-    pub(super) constraints: Vec<Residual>,
+    pub(super) constraints: Vec<RemainingResidual>,
 }
 
 /// Why an equation cannot be differentiated.
@@ -55,7 +55,7 @@ pub(super) enum Obstacle {
     /// It reads a function that jumps.
     Jump(&'static str),
     /// It reads a delayed unknown, whose derivative may jump.
-    Late,
+    Delayed,
     /// It reads an element of an array.
     Element,
     /// It reads an unknown of another part.
@@ -66,7 +66,7 @@ pub(super) enum Obstacle {
 
 /// An equation that cannot be reduced.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub(super) struct Refusal {
+pub(super) struct ReductionRefusal {
     pub(super) equation: usize,
     pub(super) obstacle: Obstacle,
     /// Unknowns that it would have to determine.
@@ -76,13 +76,13 @@ pub(super) struct Refusal {
 }
 
 /// Slopes of inputs.
-pub(super) struct Slopes<'a> {
+pub(super) struct InputSlopes<'a> {
     pub(super) inputs: &'a [Input],
     /// The declared input of each delayed one.
     pub(super) delayed: Vec<usize>,
 }
 
-impl Slopes<'_> {
+impl InputSlopes<'_> {
     /// The declared input of an input that equations read.
     fn declared(&self, i: u32) -> usize {
         let i = i as usize;
@@ -92,16 +92,16 @@ impl Slopes<'_> {
 
 /// Reduces the index to 1; `in_use` are the unknowns of the part in these modes.
 pub(super) fn reduce(
-    graph: &mut Graph,
-    solved: Solved,
+    graph: &mut ExprGraph,
+    solved: SolvedDerivatives,
     in_use: &[u32],
-    part: &Part,
-    variables: &mut Variables,
-    equations: &[Equation<'_>],
-    slopes: &Slopes<'_>,
-) -> Result<Reduced, Refusal> {
-    let Solved { rates, algebraic } = solved;
-    let mut reduction = Reduction {
+    part: &SystemPart,
+    variables: &mut UnknownList,
+    equations: &[TransferredEquation<'_>],
+    slopes: &InputSlopes<'_>,
+) -> Result<ReducedSystem, ReductionRefusal> {
+    let SolvedDerivatives { rates, algebraic } = solved;
+    let mut reduction = PantelidesReduction {
         graph,
         equations,
         part,
@@ -109,7 +109,7 @@ pub(super) fn reduce(
         slopes,
         columns: in_use.iter().copied().filter(|i| !rates.contains_key(i)).collect(),
         of_row: Vec::new(),
-        reduced: Reduced { rates, algebraic, ..Reduced::default() },
+        reduced: ReducedSystem { rates, algebraic, ..ReducedSystem::default() },
     };
     reduction.match_what_can_be();
     for row in 0..reduction.of_row.len() {
@@ -119,31 +119,31 @@ pub(super) fn reduce(
             }
         }
     }
-    let mut reduced = Reduced { unknowns: reduction.columns, ..reduction.reduced };
+    let mut reduced = ReducedSystem { unknowns: reduction.columns, ..reduction.reduced };
     reduced.constraints.sort_by_key(|constraint| (constraint.order, constraint.equation));
     Ok(reduced)
 }
 
-struct Reduction<'a> {
-    graph: &'a mut Graph,
-    equations: &'a [Equation<'a>],
-    part: &'a Part,
-    variables: &'a mut Variables,
-    slopes: &'a Slopes<'a>,
+struct PantelidesReduction<'a> {
+    graph: &'a mut ExprGraph,
+    equations: &'a [TransferredEquation<'a>],
+    part: &'a SystemPart,
+    variables: &'a mut UnknownList,
+    slopes: &'a InputSlopes<'a>,
     /// Unknowns without a derivative.
     columns: Vec<u32>,
     /// The unknown that each algebraic equation is matched to.
     of_row: Vec<Option<u32>>,
-    reduced: Reduced,
+    reduced: ReducedSystem,
 }
 
 /// Rows and unknowns visited by a failed search.
-struct Visited {
+struct VisitedNodes {
     rows: Vec<usize>,
     unknowns: Vec<u32>,
 }
 
-impl Reduction<'_> {
+impl PantelidesReduction<'_> {
     fn match_what_can_be(&mut self) {
         let incidence: Vec<Vec<usize>> = (0..self.reduced.algebraic.len())
             .map(|row| {
@@ -158,7 +158,7 @@ impl Reduction<'_> {
 
     /// Unknowns without a derivative in an algebraic equation, ascending.
     fn unknowns_of(&self, row: usize) -> Vec<u32> {
-        let Residual { rest, equation, .. } = self.reduced.algebraic[row];
+        let RemainingResidual { rest, equation, .. } = self.reduced.algebraic[row];
         let mut unknowns = self.equations[equation].unknowns(self.graph, rest);
         unknowns
             .retain(|i| !self.reduced.rates.contains_key(i) && self.variables.is_of(*i, self.part));
@@ -166,7 +166,7 @@ impl Reduction<'_> {
     }
 
     /// Matches a row by a shortest augmenting path, or returns the visited rows and unknowns.
-    fn augment(&mut self, row: usize) -> Result<(), Visited> {
+    fn augment(&mut self, row: usize) -> Result<(), VisitedNodes> {
         let holder: BTreeMap<u32, usize> = self
             .of_row
             .iter()
@@ -192,7 +192,7 @@ impl Reduction<'_> {
             }
         }
         rows.sort_unstable();
-        Err(Visited { rows, unknowns: from.into_keys().collect() })
+        Err(VisitedNodes { rows, unknowns: from.into_keys().collect() })
     }
 
     /// Shifts the matching along the path from a row to a free unknown.
@@ -209,13 +209,13 @@ impl Reduction<'_> {
     }
 
     /// Replaces the visited equations by their derivatives.
-    fn differentiate(&mut self, row: usize, met: Visited) -> Result<(), Refusal> {
+    fn differentiate(&mut self, row: usize, met: VisitedNodes) -> Result<(), ReductionRefusal> {
         let origin = self.reduced.algebraic[row];
         for &unknown in &met.unknowns {
             let rate = self.variables.rate_of(unknown, origin.equation, self.graph);
             let value = self.graph.symbol(Symbol::Unknown(rate));
             self.reduced.following.insert(unknown);
-            self.reduced.rates.insert(unknown, Rate { value, equation: origin.equation });
+            self.reduced.rates.insert(unknown, DerivativeRate { value, equation: origin.equation });
             self.columns.push(rate);
             for matched in self.of_row.iter_mut().filter(|matched| **matched == Some(unknown)) {
                 *matched = Some(rate);
@@ -223,7 +223,7 @@ impl Reduction<'_> {
         }
         self.columns.retain(|i| !met.unknowns.contains(i));
         for row in met.rows {
-            let Residual { rest, equation, order } = self.reduced.algebraic[row];
+            let RemainingResidual { rest, equation, order } = self.reduced.algebraic[row];
             let derivative = self.along_time(rest, equation);
             let derivative =
                 derivative.map_err(|obstacle| self.refusal(equation, obstacle, rest))?;
@@ -233,20 +233,21 @@ impl Reduction<'_> {
                 return Err(self.refusal(equation, Obstacle::NoUnknown, rest));
             }
             self.reduced.constraints.push(self.reduced.algebraic[row]);
-            self.reduced.algebraic[row] = Residual { rest: derivative, equation, order: order + 1 };
+            self.reduced.algebraic[row] =
+                RemainingResidual { rest: derivative, equation, order: order + 1 };
         }
         Ok(())
     }
 
     /// The refusal of an equation, with the unknowns that lack one.
-    fn refusal(&self, equation: usize, obstacle: Obstacle, rest: ExprId) -> Refusal {
+    fn refusal(&self, equation: usize, obstacle: Obstacle, rest: ExprId) -> ReductionRefusal {
         let taken = |i: &u32| self.of_row.contains(&Some(*i));
         let wanting = self.columns.iter().copied().filter(|i| !taken(i)).collect();
         let elements = self.graph.symbols(rest).into_iter().filter_map(|symbol| match symbol {
             Symbol::Element(i) => Some(i),
             _ => None,
         });
-        Refusal { equation, obstacle, wanting, elements: elements.collect() }
+        ReductionRefusal { equation, obstacle, wanting, elements: elements.collect() }
     }
 
     /// The total time derivative D e.
@@ -300,7 +301,7 @@ impl Reduction<'_> {
                 Node::Symbol(Symbol::InputSlope(i)) => {
                     return Err(Obstacle::Slope(self.slopes.declared(i)));
                 }
-                Node::Symbol(Symbol::DelayedUnknown(_)) => return Err(Obstacle::Late),
+                Node::Symbol(Symbol::DelayedUnknown(_)) => return Err(Obstacle::Delayed),
                 Node::Symbol(Symbol::Element(_)) => return Err(Obstacle::Element),
                 Node::Select(condition, ..) if !is_constant(self.graph, condition) => {
                     return Err(Obstacle::Jump("if"));
@@ -330,6 +331,6 @@ impl Reduction<'_> {
 }
 
 /// Whether a discrete number is an operand.
-fn reads_count(graph: &Graph, node: Node) -> bool {
+fn reads_count(graph: &ExprGraph, node: Node) -> bool {
     node.operands().any(|operand| matches!(graph.node(operand), Node::Symbol(Symbol::Discrete(_))))
 }

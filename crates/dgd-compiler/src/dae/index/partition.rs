@@ -7,13 +7,13 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use crate::dae::transfer::{Equation, Transferred};
-use crate::expr::Graph;
+use crate::dae::transfer::{TransferredEquation, TransferredModel};
+use crate::expr::ExprGraph;
 use crate::model::Model;
 
 /// Equations and unknowns that are counted, reduced and matched separately.
 #[derive(Debug, Clone, Default)]
-pub(super) struct Part {
+pub(super) struct SystemPart {
     /// Positions of the equations, of all modes.
     pub(super) equations: BTreeSet<usize>,
     /// Declared unknowns.
@@ -25,7 +25,7 @@ pub(super) struct Part {
 /// The parts of a model.
 #[derive(Debug, Clone)]
 pub(super) struct Partition {
-    pub(super) parts: Vec<Part>,
+    pub(super) parts: Vec<SystemPart>,
 }
 
 impl Partition {
@@ -33,21 +33,21 @@ impl Partition {
     pub(super) fn whole(model: &Model, equations: BTreeSet<usize>) -> Self {
         let unknowns = 0..u32::try_from(model.unknowns.len()).unwrap_or(u32::MAX);
         let automata = (0..model.automata.len()).collect();
-        Partition { parts: vec![Part { equations, unknowns: unknowns.collect(), automata }] }
+        Partition { parts: vec![SystemPart { equations, unknowns: unknowns.collect(), automata }] }
     }
 
     /// The smallest parts of these equations.
     pub(super) fn finest(
         model: &Model,
-        graph: &Graph,
-        transferred: &Transferred<'_>,
+        graph: &ExprGraph,
+        transferred: &TransferredModel<'_>,
         of: &BTreeSet<usize>,
     ) -> Self {
         let all_equations = &transferred.equations;
         let automaton_of = automata_of(transferred);
         let known = known_states(model, all_equations, of, &automaton_of);
         let n = model.unknowns.len();
-        let mut sets = Sets::new(n + all_equations.len());
+        let mut sets = DisjointSets::new(n + all_equations.len());
         for &e in of {
             let gives = match all_equations[e].derivatives[..] {
                 [x] if known.contains(&x) => Some(x),
@@ -63,7 +63,7 @@ impl Partition {
                 sets.join(i as usize, n + e);
             }
         }
-        let mut parts: BTreeMap<usize, Part> = BTreeMap::new();
+        let mut parts: BTreeMap<usize, SystemPart> = BTreeMap::new();
         for i in 0..n {
             let part = parts.entry(sets.root(i)).or_default();
             part.unknowns.insert(u32::try_from(i).unwrap_or(u32::MAX));
@@ -88,11 +88,11 @@ impl Partition {
 
     /// Joins the parts of each pair.
     pub(super) fn join(&mut self, pairs: &BTreeSet<(usize, usize)>) {
-        let mut sets = Sets::new(self.parts.len());
+        let mut sets = DisjointSets::new(self.parts.len());
         for (a, b) in pairs {
             sets.join(*a, *b);
         }
-        let mut joined: BTreeMap<usize, Part> = BTreeMap::new();
+        let mut joined: BTreeMap<usize, SystemPart> = BTreeMap::new();
         for (position, part) in std::mem::take(&mut self.parts).into_iter().enumerate() {
             let target = joined.entry(sets.root(position)).or_default();
             target.equations.extend(part.equations);
@@ -104,7 +104,7 @@ impl Partition {
 }
 
 /// The automaton of each equation of a mode.
-fn automata_of(transferred: &Transferred<'_>) -> BTreeMap<usize, usize> {
+fn automata_of(transferred: &TransferredModel<'_>) -> BTreeMap<usize, usize> {
     let mut automaton_of = BTreeMap::new();
     for (automaton, modes) in transferred.of_modes.iter().enumerate() {
         for e in modes.iter().flat_map(|(begin, end)| *begin..*end) {
@@ -117,7 +117,7 @@ fn automata_of(transferred: &Transferred<'_>) -> BTreeMap<usize, usize> {
 /// States whose derivative occurs in one equation only, in every mode.
 fn known_states(
     model: &Model,
-    all: &[Equation<'_>],
+    all: &[TransferredEquation<'_>],
     of: &BTreeSet<usize>,
     automaton_of: &BTreeMap<usize, usize>,
 ) -> BTreeSet<u32> {
@@ -146,7 +146,12 @@ fn known_states(
 }
 
 /// The modes of an automaton that contain these equations.
-fn modes_of(model: &Model, all: &[Equation<'_>], own: &[usize], k: usize) -> BTreeSet<usize> {
+fn modes_of(
+    model: &Model,
+    all: &[TransferredEquation<'_>],
+    own: &[usize],
+    k: usize,
+) -> BTreeSet<usize> {
     let spans: BTreeMap<_, usize> = model.automata[k]
         .modes
         .iter()
@@ -157,13 +162,13 @@ fn modes_of(model: &Model, all: &[Equation<'_>], own: &[usize], k: usize) -> BTr
 }
 
 /// Disjoint sets of numbers (Galler and Fischer, Comm. ACM 7 (1964) 301–303).
-struct Sets {
+struct DisjointSets {
     above: Vec<usize>,
 }
 
-impl Sets {
+impl DisjointSets {
     fn new(n: usize) -> Self {
-        Sets { above: (0..n).collect() }
+        DisjointSets { above: (0..n).collect() }
     }
 
     fn root(&mut self, mut i: usize) -> usize {

@@ -1,26 +1,26 @@
 //! Messages about equations that cannot be differentiated.
 
-use super::explicit::{Explicit, Place};
-use super::linear_derivatives::Residual;
-use super::pantelides::{Obstacle, Refusal};
-use super::variables::Variables;
+use super::explicit::{ExplicitSystem, RowAssignment};
+use super::linear_derivatives::RemainingResidual;
+use super::pantelides::{Obstacle, ReductionRefusal};
+use super::variables::UnknownList;
 use crate::dae::matching::{more_places, quoted};
-use crate::dae::transfer::Equation;
-use crate::diagnostics::{Code, Diagnostic, Diagnostics, Reported};
-use crate::expr::{Graph, Symbol};
+use crate::dae::transfer::TransferredEquation;
+use crate::diagnostics::{Code, Diagnostic, Diagnostics, ErrorReported};
+use crate::expr::{ExprGraph, Symbol};
 use crate::model::Model;
 
 /// Reports an equation that index reduction cannot differentiate.
 pub(super) fn refuse(
     model: &Model,
-    equations: &[Equation<'_>],
-    variables: &Variables,
+    equations: &[TransferredEquation<'_>],
+    variables: &UnknownList,
     context: &str,
-    refusal: &Refusal,
+    refusal: &ReductionRefusal,
     diagnostics: &mut Diagnostics,
-) -> Reported {
-    let Refusal { equation, obstacle, wanting, .. } = refusal;
-    let Equation { label, span, .. } = &equations[*equation];
+) -> ErrorReported {
+    let ReductionRefusal { equation, obstacle, wanting, .. } = refusal;
+    let TransferredEquation { label, span, .. } = &equations[*equation];
     let loose = quoted(wanting.iter().map(|i| variables.unknowns[*i as usize].name.as_str()));
     let input = |i: &usize| &model.inputs[*i].declared;
     let why = match obstacle {
@@ -36,7 +36,7 @@ pub(super) fn refuse(
         Obstacle::Jump(function) => format!("`{function}` in it jumps"),
         Obstacle::Element => "it reads an element of an array".to_owned(),
         Obstacle::Foreign(_) => "it reads an unknown of another part".to_owned(),
-        Obstacle::Late => "it reads an unknown late".to_owned(),
+        Obstacle::Delayed => "it reads an unknown late".to_owned(),
         Obstacle::NoUnknown => "its derivatives only repeat other equations".to_owned(),
     };
     let determines =
@@ -44,7 +44,7 @@ pub(super) fn refuse(
     let message = format!(
         "the index is above 1{context}: `{label}` would have to be differentiated{determines}, but {why}"
     );
-    let diagnostic = Diagnostic::new(Code::E404, *span, message);
+    let diagnostic = Diagnostic::new(Code::IrreducibleIndex, *span, message);
     let (help, places) = match obstacle {
         Obstacle::Held(i) => (
             "declare the input as `linear`, or let it act through a lag",
@@ -57,7 +57,7 @@ pub(super) fn refuse(
         Obstacle::Jump(_) => ("write the constraint as an expression that is smooth", None),
         Obstacle::Element => ("give the element an unknown of its own in the constraint", None),
         Obstacle::Foreign(_) => ("describe it by fewer modes", None),
-        Obstacle::Late => ("let what arrives late act through a lag", None),
+        Obstacle::Delayed => ("let what arrives late act through a lag", None),
         Obstacle::NoUnknown => {
             ("leave out the equation that repeats others, or let it read another unknown", None)
         }
@@ -71,11 +71,11 @@ pub(super) fn refuse(
 
 /// Reports constraints that no choice of states satisfies.
 pub(super) fn no_choice<'a>(
-    equations: &[Equation<'_>],
-    constraints: impl Iterator<Item = &'a Residual>,
+    equations: &[TransferredEquation<'_>],
+    constraints: impl Iterator<Item = &'a RemainingResidual>,
     context: &str,
     diagnostics: &mut Diagnostics,
-) -> Reported {
+) -> ErrorReported {
     let mut positions: Vec<usize> = constraints.map(|constraint| constraint.equation).collect();
     positions.sort_unstable();
     positions.dedup();
@@ -86,7 +86,7 @@ pub(super) fn no_choice<'a>(
     );
     let mut spans = positions.iter().map(|e| equations[*e].span);
     let first = spans.next().unwrap_or_default();
-    let diagnostic = Diagnostic::new(Code::E404, first, message)
+    let diagnostic = Diagnostic::new(Code::IrreducibleIndex, first, message)
         .help("leave out a constraint that others imply");
     diagnostics.error(more_places(diagnostic, spans, "this one too"))
 }
@@ -95,10 +95,10 @@ pub(super) fn no_choice<'a>(
 /// its row, and with it the constraint and its consequences.
 pub(super) fn verify_bounds(
     model: &Model,
-    graph: &Graph,
-    equations: &[Equation<'_>],
-    systems: &[Explicit],
-    places: &[Vec<Place>],
+    graph: &ExprGraph,
+    equations: &[TransferredEquation<'_>],
+    systems: &[ExplicitSystem],
+    places: &[Vec<RowAssignment>],
     diagnostics: &mut Diagnostics,
 ) {
     for saturation in &model.saturations {
@@ -109,17 +109,19 @@ pub(super) fn verify_bounds(
             .map(|constraint| constraint.equation);
         let forced = || {
             let Symbol::Unknown(i) = unknown else { return None };
-            let mut rows = places[i as usize].iter().flat_map(Place::rows);
+            let mut rows = places[i as usize].iter().flat_map(RowAssignment::rows);
             rows.find(|row| row.order > 0).map(|row| row.equation)
         };
-        let Some(Equation { label, span, .. }) = tied.or_else(forced).map(|e| &equations[e]) else {
+        let Some(TransferredEquation { label, span, .. }) =
+            tied.or_else(forced).map(|e| &equations[e])
+        else {
             continue;
         };
         let name = model.unknown_name(unknown);
         let message =
             format!("`{name}` cannot have a bound, as `{label}` has to be differentiated");
         diagnostics.error(
-            Diagnostic::new(Code::E410, saturation.span, message)
+            Diagnostic::new(Code::BoundOfConstrainedUnknown, saturation.span, message)
                 .label(*span, format!("this determines `{name}` at all times"))
                 .help("describe what happens at the bound by `modes`, with equations for each"),
         );

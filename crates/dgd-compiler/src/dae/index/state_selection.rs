@@ -4,14 +4,14 @@
 //! when the other's pivot is larger by a factor, so that near equality the choice does not alternate. Changing does not
 //! affect the solution.
 
-use super::Systems;
-use super::dummy_derivatives::Block;
-use super::explicit::Explicit;
-use super::variables::Variables;
-use crate::dae::modes::Combinations;
-use crate::dae::transfer::Equation;
-use crate::dae::{Automaton, AutomatonKind, Transition, Trigger};
-use crate::expr::{ExprId, Graph};
+use super::ModeSystems;
+use super::dummy_derivatives::ConstraintBlock;
+use super::explicit::ExplicitSystem;
+use super::variables::UnknownList;
+use crate::dae::modes::ModeCombinations;
+use crate::dae::transfer::TransferredEquation;
+use crate::dae::{AutomatonKind, DaeAutomaton, DaeTransition, Trigger};
+use crate::expr::{ExprGraph, ExprId};
 use crate::model::{Crossing, Model};
 
 /// Factor by which another pivot must be larger.
@@ -19,16 +19,16 @@ const BETTER: f64 = 2.0;
 
 /// The necessary choices, over all combinations of modes.
 #[derive(Debug, Default)]
-pub(in crate::dae) struct Selections {
+pub(in crate::dae) struct StateSelections {
     /// For each automaton, the dummies of each of its modes.
     dummies: Vec<Vec<Vec<u32>>>,
     /// For each combination and block, the automaton that chooses.
     of_blocks: Vec<Vec<Option<usize>>>,
 }
 
-impl Selections {
-    pub(in crate::dae) fn of(systems: &[Explicit]) -> Self {
-        let mut selections = Selections::default();
+impl StateSelections {
+    pub(in crate::dae) fn from_systems(systems: &[ExplicitSystem]) -> Self {
+        let mut selections = StateSelections::default();
         for system in systems {
             let of_blocks = system.blocks.iter().map(|block| {
                 if block.choices.len() == 1 {
@@ -61,11 +61,11 @@ impl Selections {
     pub(in crate::dae) fn automata(
         &self,
         model: &Model,
-        graph: &mut Graph,
-        equations: &[Equation<'_>],
-        systems: &Systems,
-    ) -> Vec<Automaton> {
-        let Systems { parts, explicit: systems, variables, typical, .. } = systems;
+        graph: &mut ExprGraph,
+        equations: &[TransferredEquation<'_>],
+        systems: &ModeSystems,
+    ) -> Vec<DaeAutomaton> {
+        let ModeSystems { parts, explicit: systems, variables, typical, .. } = systems;
         (0..self.dummies.len())
             .map(|k| {
                 let pivots_by_system = self.pivots(k, systems);
@@ -74,7 +74,7 @@ impl Selections {
                 let after = parts.partition_point(|(_, begin)| *begin <= first);
                 let (combinations, begin) = &parts[after - 1];
                 let pivots = &pivots_by_system[*begin..begin + combinations.len()];
-                let start = combinations.position(&Combinations::start_modes(model));
+                let start = combinations.position(&ModeCombinations::start_modes(model));
                 let size = |pivot: ExprId| graph.evaluate(pivot, &|s| typical.value(s)).abs();
                 let at_start = pivots[start].as_ref().map_or(0, |pivots| first_mode(pivots, &size));
                 let n = self.dummies[k].len();
@@ -89,11 +89,18 @@ impl Selections {
                         let resets = Vec::new();
                         let crossing = Crossing::Rises;
                         let trigger = Trigger::Level;
-                        transitions.push(Transition { from, to, event, crossing, trigger, resets });
+                        transitions.push(DaeTransition {
+                            from,
+                            to,
+                            event,
+                            crossing,
+                            trigger,
+                            resets,
+                        });
                     }
                 }
                 let block = self.block(k, systems);
-                Automaton {
+                DaeAutomaton {
                     name: name(equations, block),
                     kind: AutomatonKind::States,
                     modes: block
@@ -109,7 +116,7 @@ impl Selections {
     }
 
     /// A block that the automaton chooses for.
-    fn block<'a>(&self, k: usize, systems: &'a [Explicit]) -> &'a Block {
+    fn block<'a>(&self, k: usize, systems: &'a [ExplicitSystem]) -> &'a ConstraintBlock {
         let systems_with_automata = systems.iter().zip(&self.of_blocks);
         let mut blocks =
             systems_with_automata.flat_map(|(system, automata)| system.blocks.iter().zip(automata));
@@ -118,7 +125,7 @@ impl Selections {
     }
 
     /// The pivots of an automaton's modes in each combination; `None` where the automaton has no effect.
-    fn pivots(&self, k: usize, systems: &[Explicit]) -> Vec<Option<Vec<ExprId>>> {
+    fn pivots(&self, k: usize, systems: &[ExplicitSystem]) -> Vec<Option<Vec<ExprId>>> {
         let systems_with_automata = systems.iter().zip(&self.of_blocks);
         systems_with_automata
             .map(|(system, automata)| {
@@ -140,12 +147,12 @@ fn first_mode(pivots: &[ExprId], size: &dyn Fn(ExprId) -> f64) -> usize {
     mode
 }
 
-fn dummies_of(block: &Block) -> Vec<Vec<u32>> {
+fn dummies_of(block: &ConstraintBlock) -> Vec<Vec<u32>> {
     block.choices.iter().map(|choice| choice.dummies.clone()).collect()
 }
 
 /// Δ² − 4 Δ₀²; negative if there is no choice.
-fn excess(graph: &mut Graph, pivots: Option<[ExprId; 2]>) -> ExprId {
+fn excess(graph: &mut ExprGraph, pivots: Option<[ExprId; 2]>) -> ExprId {
     let Some([own, other]) = pivots else { return graph.constant(-1.0) };
     let (own, other) = (graph.multiply(own, own), graph.multiply(other, other));
     let factor = graph.constant(BETTER * BETTER);
@@ -154,13 +161,13 @@ fn excess(graph: &mut Graph, pivots: Option<[ExprId; 2]>) -> ExprId {
 }
 
 /// `states of rod`
-fn name(equations: &[Equation<'_>], block: &Block) -> String {
+fn name(equations: &[TransferredEquation<'_>], block: &ConstraintBlock) -> String {
     let labels: Vec<&str> = block.equations.iter().map(|e| equations[*e].label).collect();
     format!("states of {}", labels.join(", "))
 }
 
 /// The unknowns that stay states: `x, v_x`.
-fn kept(block: &Block, dummies: &[u32], variables: &Variables) -> String {
+fn kept(block: &ConstraintBlock, dummies: &[u32], variables: &UnknownList) -> String {
     let kept = block.candidates.iter().filter(|i| !dummies.contains(i));
     let names: Vec<&str> = kept.map(|i| variables.unknowns[*i as usize].name.as_str()).collect();
     if names.is_empty() { "none".to_owned() } else { names.join(", ") }

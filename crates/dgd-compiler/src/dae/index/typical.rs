@@ -1,19 +1,19 @@
 //! Declared values of symbols, for choices that have to be made before a run.
 
-use crate::expr::{ExprId, Graph, Symbol};
+use crate::expr::{ExprGraph, ExprId, Symbol};
 use crate::model::Model;
 
 /// Declared values of parameters, and initial values of unknowns.
 #[derive(Clone)]
-pub(super) struct Typical {
+pub(super) struct TypicalValues {
     parameters: Vec<f64>,
     starts: Vec<f64>,
 }
 
-impl Typical {
-    pub(super) fn of(model: &Model, graph: &Graph, starts: &[ExprId]) -> Self {
+impl TypicalValues {
+    pub(super) fn from_model(model: &Model, graph: &ExprGraph, starts: &[ExprId]) -> Self {
         let parameters = model.parameters.iter().map(|parameter| parameter.value).collect();
-        let mut typical = Typical { parameters, starts: Vec::new() };
+        let mut typical = TypicalValues { parameters, starts: Vec::new() };
         let values = starts.iter().map(|start| graph.evaluate(*start, &|s| typical.value(s)));
         typical.starts = values.collect();
         typical
@@ -32,7 +32,7 @@ impl Typical {
             | Symbol::SweptInputSlope(..)
             | Symbol::Derivative(_)
             | Symbol::Sensitivity(_)
-            | Symbol::Late(_)
+            | Symbol::Delayed(_)
             | Symbol::DelayedUnknown(_)
             | Symbol::Element(_)
             | Symbol::Swept(_)

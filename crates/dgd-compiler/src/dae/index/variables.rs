@@ -2,10 +2,10 @@
 
 use std::collections::BTreeMap;
 
-use super::partition::Part;
-use crate::dae::Unknown;
+use super::partition::SystemPart;
+use crate::dae::DaeUnknown;
 use crate::expr::display::listing;
-use crate::expr::{ExprId, Graph, Symbol};
+use crate::expr::{ExprGraph, ExprId, Symbol};
 use crate::model::Model;
 use crate::units::Unit;
 
@@ -14,7 +14,7 @@ const LONGEST_NAME: usize = 40;
 
 /// Meaning of an unknown that is not declared.
 #[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord)]
-pub(super) enum Added {
+pub(super) enum AuxiliaryKind {
     /// The derivative of an unknown.
     RateOf(u32),
     /// Σ c x, with c of parameters only.
@@ -23,33 +23,33 @@ pub(super) enum Added {
 
 /// An unknown that is not declared.
 #[derive(Debug, Clone)]
-pub(super) struct Addition {
-    pub(super) what: Added,
+pub(super) struct AuxiliaryUnknown {
+    pub(super) what: AuxiliaryKind,
     /// The equation that needs it first.
     pub(super) equation: usize,
 }
 
 /// All unknowns, without rows yet.
-pub(super) struct Variables {
-    pub(super) unknowns: Vec<Unknown>,
+pub(super) struct UnknownList {
+    pub(super) unknowns: Vec<DaeUnknown>,
     declared: usize,
-    additions: Vec<Addition>,
-    ids: BTreeMap<Added, u32>,
+    additions: Vec<AuxiliaryUnknown>,
+    ids: BTreeMap<AuxiliaryKind, u32>,
 }
 
-impl Variables {
+impl UnknownList {
     /// The unknowns as declared.
     pub(super) fn declared(
         model: &Model,
         starts: Vec<ExprId>,
         histories: Vec<Option<ExprId>>,
     ) -> Self {
-        let unknowns: Vec<Unknown> = model
+        let unknowns: Vec<DaeUnknown> = model
             .unknowns
             .iter()
             .zip(starts)
             .zip(histories)
-            .map(|((unknown, start), history)| Unknown {
+            .map(|((unknown, start), history)| DaeUnknown {
                 name: unknown.declared.name.clone(),
                 unit: unknown.declared.unit.clone(),
                 doc: unknown.declared.doc.clone(),
@@ -65,7 +65,7 @@ impl Variables {
             })
             .collect();
         let declared = unknowns.len();
-        Variables { unknowns, declared, additions: Vec::new(), ids: BTreeMap::new() }
+        UnknownList { unknowns, declared, additions: Vec::new(), ids: BTreeMap::new() }
     }
 
     pub(super) fn len(&self) -> usize {
@@ -73,12 +73,12 @@ impl Variables {
     }
 
     /// The meaning of an added unknown; `None` for a declared one.
-    pub(super) fn addition(&self, variable: u32) -> Option<&Addition> {
+    pub(super) fn addition(&self, variable: u32) -> Option<&AuxiliaryUnknown> {
         (variable as usize).checked_sub(self.declared).map(|position| &self.additions[position])
     }
 
     /// Whether an unknown belongs to a part.
-    pub(super) fn is_of(&self, variable: u32, part: &Part) -> bool {
+    pub(super) fn is_of(&self, variable: u32, part: &SystemPart) -> bool {
         match self.addition(variable) {
             Some(addition) => part.equations.contains(&addition.equation),
             None => part.unknowns.contains(&variable),
@@ -86,14 +86,14 @@ impl Variables {
     }
 
     /// The unknown `der(x)` of an unknown x.
-    pub(super) fn rate_of(&mut self, of: u32, equation: usize, graph: &mut Graph) -> u32 {
-        let what = Added::RateOf(of);
+    pub(super) fn rate_of(&mut self, of: u32, equation: usize, graph: &mut ExprGraph) -> u32 {
+        let what = AuxiliaryKind::RateOf(of);
         if let Some(id) = self.ids.get(&what) {
             return *id;
         }
         let x = &self.unknowns[of as usize];
         let zero = graph.constant(0.0);
-        let unknown = Unknown {
+        let unknown = DaeUnknown {
             name: format!("der({})", x.name),
             unit: Unit {
                 symbol: format!("{}/s", x.unit.symbol),
@@ -123,14 +123,14 @@ impl Variables {
         terms: Vec<(u32, ExprId)>,
         equation: usize,
         label: &str,
-        graph: &mut Graph,
+        graph: &mut ExprGraph,
     ) -> u32 {
         let value = sum(graph, &terms, |graph, i| graph.symbol(Symbol::Unknown(i)));
-        let what = Added::Combination(terms);
+        let what = AuxiliaryKind::Combination(terms);
         if let Some(id) = self.ids.get(&what) {
             return *id;
         }
-        let Added::Combination(terms) = &what else { unreachable!("just made") };
+        let AuxiliaryKind::Combination(terms) = &what else { unreachable!("just made") };
         let start = sum(graph, terms, |_, i| self.unknowns[i as usize].start);
         let first = &self.unknowns[terms.first().map_or(0, |(i, _)| *i as usize)];
         let text = listing(graph, &[value], &BTreeMap::new(), &|symbol| match symbol {
@@ -140,7 +140,7 @@ impl Variables {
         let text = text.roots[0].clone();
         let is_short = text.len() <= LONGEST_NAME && !text.contains('…');
         let name = if is_short { text } else { format!("state of {label}") };
-        let unknown = Unknown {
+        let unknown = DaeUnknown {
             name,
             unit: Unit { offset: 0.0, datum: None, ..first.unit.clone() },
             doc: Vec::new(),
@@ -157,14 +157,14 @@ impl Variables {
         self.add(what, unknown, equation)
     }
 
-    fn add(&mut self, what: Added, mut unknown: Unknown, equation: usize) -> u32 {
+    fn add(&mut self, what: AuxiliaryKind, mut unknown: DaeUnknown, equation: usize) -> u32 {
         while self.unknowns.iter().any(|other| other.name == unknown.name) {
             // In other modes this equation combines other unknowns.
             unknown.name.push_str(" again");
         }
         let id = u32::try_from(self.unknowns.len()).unwrap_or(u32::MAX);
         self.unknowns.push(unknown);
-        self.additions.push(Addition { what: what.clone(), equation });
+        self.additions.push(AuxiliaryUnknown { what: what.clone(), equation });
         self.ids.insert(what, id);
         id
     }
@@ -172,9 +172,9 @@ impl Variables {
 
 /// Σ c x
 pub(super) fn sum(
-    graph: &mut Graph,
+    graph: &mut ExprGraph,
     terms: &[(u32, ExprId)],
-    mut x: impl FnMut(&mut Graph, u32) -> ExprId,
+    mut x: impl FnMut(&mut ExprGraph, u32) -> ExprId,
 ) -> ExprId {
     let zero = graph.constant(0.0);
     terms.iter().fold(zero, |sum, (i, coefficient)| {

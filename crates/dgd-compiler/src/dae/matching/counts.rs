@@ -1,23 +1,23 @@
 //! Checks that there are as many equations as unknowns, and that each equation determines an unknown.
 
-use super::dulmage_mendelsohn::{Part, overdetermined, underdetermined};
+use super::dulmage_mendelsohn::{MatchingBlock, overdetermined, underdetermined};
 use super::{Matching, maximum_matching};
-use crate::dae::transfer::Equation;
-use crate::diagnostics::{Code, Diagnostic, Diagnostics, Reported};
-use crate::expr::Graph;
+use crate::dae::transfer::TransferredEquation;
+use crate::diagnostics::{Code, Diagnostic, Diagnostics, ErrorReported};
+use crate::expr::ExprGraph;
 use crate::model::Model;
 use crate::source::Span;
 
 /// Checks that the active equations can be matched to the unknowns one to one.
 pub(in crate::dae) fn verify_counts(
     model: &Model,
-    graph: &Graph,
-    all: &[Equation<'_>],
+    graph: &ExprGraph,
+    all: &[TransferredEquation<'_>],
     holding: &[usize],
     context: &str,
     diagnostics: &mut Diagnostics,
-) -> Result<(), Reported> {
-    let equations: Vec<&Equation<'_>> = holding.iter().map(|e| &all[*e]).collect();
+) -> Result<(), ErrorReported> {
+    let equations: Vec<&TransferredEquation<'_>> = holding.iter().map(|e| &all[*e]).collect();
     let incidence: Vec<Vec<usize>> = equations
         .iter()
         .map(|equation| {
@@ -35,7 +35,7 @@ pub(in crate::dae) fn verify_counts(
             empty = Some(
                 diagnostics.error(
                     Diagnostic::new(
-                        Code::E405,
+                        Code::EquationWithoutUnknown,
                         equation.span,
                         format!("equation `{}` determines nothing", equation.label),
                     )
@@ -51,19 +51,19 @@ pub(in crate::dae) fn verify_counts(
     if matching.free_rows().next().is_none() && matching.free_columns().next().is_none() {
         return Ok(());
     }
-    let mismatch = Mismatch { model, equations: &equations, incidence: &incidence, matching };
+    let mismatch = CountMismatch { model, equations: &equations, incidence: &incidence, matching };
     Err(diagnostics.error(mismatch.diagnostic(context)))
 }
 
 /// Equations and unknowns that cannot all be matched.
-struct Mismatch<'a> {
+struct CountMismatch<'a> {
     model: &'a Model,
-    equations: &'a [&'a Equation<'a>],
+    equations: &'a [&'a TransferredEquation<'a>],
     incidence: &'a [Vec<usize>],
     matching: Matching,
 }
 
-impl Mismatch<'_> {
+impl CountMismatch<'_> {
     fn diagnostic(&self, context: &str) -> Diagnostic {
         let free_equations: Vec<usize> = self.matching.free_rows().collect();
         let free_unknowns: Vec<usize> = self.matching.free_columns().collect();
@@ -81,7 +81,7 @@ impl Mismatch<'_> {
         if n_equations > n_unknowns {
             let spans = spans(&free_equations);
             let diagnostic = Diagnostic::new(
-                Code::E401,
+                Code::TooManyEquations,
                 spans[0],
                 format!("too many equations, {counts}: no unknown is left for {equation_names}"),
             )
@@ -95,7 +95,7 @@ impl Mismatch<'_> {
         let others = free_unknowns.iter().skip(1).map(|u| self.model.unknowns[*u].declared.span);
         let diagnostic = if n_equations < n_unknowns {
             Diagnostic::new(
-                Code::E402,
+                Code::TooFewEquations,
                 first.span,
                 format!("too few equations, {counts}: nothing determines {unknown_names}"),
             )
@@ -105,7 +105,7 @@ impl Mismatch<'_> {
             ))
         } else {
             let diagnostic = Diagnostic::new(
-                Code::E403,
+                Code::UndeterminedUnknowns,
                 first.span,
                 format!(
                     "nothing determines {unknown_names}, and no unknown is left for \
@@ -125,7 +125,7 @@ impl Mismatch<'_> {
 
     /// The equations with too few unknowns between them, if these are more than the unmatched ones.
     fn too_much(&self) -> String {
-        let Part { rows, columns } = overdetermined(self.incidence, &self.matching);
+        let MatchingBlock { rows, columns } = overdetermined(self.incidence, &self.matching);
         if columns.is_empty() {
             return String::new();
         }
@@ -135,7 +135,7 @@ impl Mismatch<'_> {
 
     /// The unknowns with too few equations between them.
     fn too_little(&self) -> String {
-        let Part { rows, columns } = underdetermined(self.incidence, &self.matching);
+        let MatchingBlock { rows, columns } = underdetermined(self.incidence, &self.matching);
         if rows.is_empty() {
             return format!("no equation reads {}; ", self.names(&columns));
         }

@@ -8,20 +8,20 @@ use super::Matching;
 
 /// Rows and columns that belong together, ascending.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
-pub(super) struct Part {
+pub(super) struct MatchingBlock {
     pub(super) rows: Vec<usize>,
     pub(super) columns: Vec<usize>,
 }
 
 /// The part with more rows than columns.
-pub(super) fn overdetermined(incidence: &[Vec<usize>], matching: &Matching) -> Part {
+pub(super) fn overdetermined(incidence: &[Vec<usize>], matching: &Matching) -> MatchingBlock {
     let columns_of = |row: usize| incidence[row].iter().copied();
     let (rows, columns) = reached(matching.free_rows().collect(), columns_of, &matching.of_column);
-    Part { rows, columns }
+    MatchingBlock { rows, columns }
 }
 
 /// The part with more columns than rows.
-pub(super) fn underdetermined(incidence: &[Vec<usize>], matching: &Matching) -> Part {
+pub(super) fn underdetermined(incidence: &[Vec<usize>], matching: &Matching) -> MatchingBlock {
     let mut rows_of = vec![Vec::new(); matching.of_column.len()];
     for (row, columns) in incidence.iter().enumerate() {
         for column in columns {
@@ -30,7 +30,7 @@ pub(super) fn underdetermined(incidence: &[Vec<usize>], matching: &Matching) -> 
     }
     let of_column = |column: usize| rows_of[column].iter().copied();
     let (columns, rows) = reached(matching.free_columns().collect(), of_column, &matching.of_row);
-    Part { rows, columns }
+    MatchingBlock { rows, columns }
 }
 
 /// Rows and columns reachable by alternating paths from `starts`: by any edge to the other side, and back by the
@@ -71,8 +71,8 @@ mod tests {
         let incidence = [vec![0], vec![0], vec![0, 1], vec![1, 2, 3]];
         let matching = maximum_matching(&incidence, 4);
         let over = overdetermined(&incidence, &matching);
-        assert_eq!(over, Part { rows: vec![0, 1], columns: vec![0] });
+        assert_eq!(over, MatchingBlock { rows: vec![0, 1], columns: vec![0] });
         let under = underdetermined(&incidence, &matching);
-        assert_eq!(under, Part { rows: vec![3], columns: vec![2, 3] });
+        assert_eq!(under, MatchingBlock { rows: vec![3], columns: vec![2, 3] });
     }
 }

@@ -9,7 +9,7 @@ use super::*;
 use crate::diagnostics::{Diagnostics, render};
 use crate::expr::ExprId;
 use crate::model::{Model, ModelOptions, resolve};
-use crate::source::{Source, Sources};
+use crate::source::{SourceMap, SourceText};
 use crate::syntax::layout;
 use crate::syntax::parse;
 use crate::syntax::places::without_places;
@@ -36,26 +36,30 @@ output loss [m^3/s] = out
 ";
 
 struct Run {
-    sources: Sources,
+    sources: SourceMap,
     diagnostics: Diagnostics,
     model: Ast,
 }
 
 impl Run {
     fn new(text: &str) -> Run {
-        let (mut sources, mut diagnostics) = (Sources::default(), Diagnostics::default());
-        let id = sources.add(Source { name: "model.dgd".into(), text: text.into() });
+        let (mut sources, mut diagnostics) = (SourceMap::default(), Diagnostics::default());
+        let id = sources.add(SourceText { name: "model.dgd".into(), text: text.into() });
         let model = parse(id, &sources, &mut diagnostics).expect("the model can be read");
         Run { sources, diagnostics, model }
     }
 
     fn effect(&mut self, text: &str) -> Option<Effect> {
-        let id = self.sources.add(Source { name: "effect.dgd".into(), text: text.into() });
+        let id = self.sources.add(SourceText { name: "effect.dgd".into(), text: text.into() });
         let ast = parse(id, &self.sources, &mut self.diagnostics).ok()?;
         Effect::read(ast, &mut self.diagnostics).ok()
     }
 
-    fn apply(&mut self, effects: &[(&str, &[&str])], blending: Blending) -> Option<Applied> {
+    fn apply(
+        &mut self,
+        effects: &[(&str, &[&str])],
+        blending: EffectBlending,
+    ) -> Option<ModelWithEffects> {
         // Applications of one effect come from one file.
         let mut read: BTreeMap<&str, Effect> = BTreeMap::new();
         for (text, _) in effects {
@@ -65,9 +69,9 @@ impl Run {
         }
         self.diagnostics.check().ok()?;
         let name = |text: &&str| Name { text: (*text).to_owned(), span: self.model.items[0].span };
-        let applications: Vec<Application<'_>> = effects
+        let applications: Vec<EffectApplication<'_>> = effects
             .iter()
-            .map(|(text, arguments)| Application {
+            .map(|(text, arguments)| EffectApplication {
                 effect: &read[text],
                 arguments: arguments.iter().map(name).collect(),
                 span: read[text].name.span,
@@ -82,19 +86,19 @@ impl Run {
     }
 
     fn shown(&self) -> String {
-        render::render(&self.diagnostics.sorted(), &self.sources, render::Style::Plain)
+        render::render(&self.diagnostics.sorted(), &self.sources, render::RenderStyle::Plain)
     }
 }
 
 /// Lines of a model that an effect adds or changes; checks that the model is valid and its text canonical.
-fn changed_lines(effects: &[(&str, &[&str])], blending: Blending) -> Vec<String> {
+fn changed_lines(effects: &[(&str, &[&str])], blending: EffectBlending) -> Vec<String> {
     let mut run = Run::new(TANK);
     let applied = run.apply(effects, blending).unwrap_or_else(|| panic!("{}", run.shown()));
     run.resolve(&applied.asts).unwrap_or_else(|| panic!("{}", run.shown()));
     let text = write(&run.model, &applied.asts[0], &applied.brought, &run.sources);
 
-    let mut sources = Sources::default();
-    let id = sources.add(Source { name: "written".into(), text: text.clone() });
+    let mut sources = SourceMap::default();
+    let id = sources.add(SourceText { name: "written".into(), text: text.clone() });
     let again = parse(id, &sources, &mut Diagnostics::default()).expect("what is written is sound");
     assert_eq!(without_places(&again), without_places(&applied.asts[0]));
     assert_eq!(layout::format(id, &sources, &mut Diagnostics::default()).as_ref(), Ok(&text));
@@ -115,13 +119,13 @@ fn effect(kind: &str, rest: &str) -> String {
 /// Changed lines of one applied effect, with runs of blanks removed.
 fn applied(kind: &str, rest: &str) -> Vec<String> {
     let text = effect(kind, rest);
-    let lines = changed_lines(&[(&text, &[])], Blending::Applied);
+    let lines = changed_lines(&[(&text, &[])], EffectBlending::Applied);
     lines.iter().map(|line| line.split_whitespace().collect::<Vec<_>>().join(" ")).collect()
 }
 
 fn codes(effects: &[(&str, &[&str])]) -> String {
     let mut run = Run::new(TANK);
-    if let Some(applied) = run.apply(effects, Blending::Applied) {
+    if let Some(applied) = run.apply(effects, EffectBlending::Applied) {
         run.resolve(&applied.asts);
     }
     let codes: Vec<String> =
@@ -136,8 +140,9 @@ fn what_an_effect_brings_stands_under_its_name_and_the_lines_of_its_doc() {
         effect("plant", "constant seep [m^3/s] = 1e-6\nadd -seep to level")
     );
     let mut run = Run::new(TANK);
-    let applied =
-        run.apply(&[(&text, &[])], Blending::Applied).unwrap_or_else(|| panic!("{}", run.shown()));
+    let applied = run
+        .apply(&[(&text, &[])], EffectBlending::Applied)
+        .unwrap_or_else(|| panic!("{}", run.shown()));
     let written = write(&run.model, &applied.asts[0], &applied.brought, &run.sources);
     let remark = "\n\n# e\n# Water seeps through the wall,\n# slowly.\nconstant seep ";
     assert!(written.contains(remark), "{written}");
@@ -235,12 +240,12 @@ output h [m]
 fn changed_pond(text: &str, arguments: &[&str]) -> Vec<String> {
     let mut run = Run::new(POND);
     let applied = run
-        .apply(&[(text, arguments)], Blending::Applied)
+        .apply(&[(text, arguments)], EffectBlending::Applied)
         .unwrap_or_else(|| panic!("{}", run.shown()));
     run.resolve(&applied.asts).unwrap_or_else(|| panic!("{}", run.shown()));
     let text = write(&run.model, &applied.asts[0], &applied.brought, &run.sources);
-    let mut sources = Sources::default();
-    let id = sources.add(Source { name: "written".into(), text: text.clone() });
+    let mut sources = SourceMap::default();
+    let id = sources.add(SourceText { name: "written".into(), text: text.clone() });
     let again = parse(id, &sources, &mut Diagnostics::default()).expect("what is written is sound");
     assert_eq!(without_places(&again), without_places(&applied.asts[0]));
     let before = write(&run.model, &run.model, &[], &run.sources);
@@ -330,8 +335,10 @@ fn sensors_see_what_was_read_before_and_inputs_reach_everything() {
     let gain = "effect gain on tank\nkind input\nparameter gain [1] = 1\nnull gain = 1\nreplace q_in by gain*q_in\n";
     let offset = effect("sensor", "replace output loss by loss + c");
     let twice = "effect twice on tank\nkind sensor\nreplace output loss by 2*loss\n";
-    let lines =
-        changed_lines(&[(gain, &[]), (&offset, &[]), (twice, &[]), (lag, &[])], Blending::Applied);
+    let lines = changed_lines(
+        &[(gain, &[]), (&offset, &[]), (twice, &[]), (lag, &[])],
+        EffectBlending::Applied,
+    );
     assert_eq!(
         lines,
         [
@@ -350,7 +357,8 @@ fn sensors_see_what_was_read_before_and_inputs_reach_everything() {
 #[test]
 fn templates_bring_names_and_units_of_their_arguments() {
     let template = "/// Reads too much.\neffect offset(y: output)\nkind sensor\nparameter b [unit(y)] = 0 in -1 .. 1  /// too much\nnull b = 0\nreplace output y by y + b\n";
-    let lines = changed_lines(&[(template, &["h"]), (template, &["loss"])], Blending::Applied);
+    let lines =
+        changed_lines(&[(template, &["h"]), (template, &["loss"])], EffectBlending::Applied);
     assert_eq!(
         lines,
         [
@@ -372,7 +380,8 @@ fn a_template_on_several_names_stacks_on_each_alone() {
     let effects: Vec<(&str, &[&str])> =
         vec![(template, &["k", "h"]), (template, &["c", "h"]), (template, &["k", "q_in"])];
     let mut run = Run::new(&TANK.replace("q_in - out", "q_in - out - c"));
-    let applied = run.apply(&effects, Blending::Null).unwrap_or_else(|| panic!("{}", run.shown()));
+    let applied =
+        run.apply(&effects, EffectBlending::Null).unwrap_or_else(|| panic!("{}", run.shown()));
     let text = write(&run.model, &applied.asts[0], &applied.brought, &run.sources);
     assert!(
         text.contains("let out = k*(1 + slope_k_h*h)*(1 + slope_k_q_in*q_in)*root(h)"),
@@ -393,7 +402,7 @@ fn a_torque_is_in_the_unit_that_the_model_writes() {
         assert_eq!(model.spelling(model.equations[0].dimension), expected, "{input}");
         let effect = "effect friction(e: equation)\nkind plant\nparameter size [unit(e)] = 0\n\
                       null size = 0\nadd -size to e\n";
-        let applied = run.apply(&[(effect, &["motor"])], Blending::Applied);
+        let applied = run.apply(&[(effect, &["motor"])], EffectBlending::Applied);
         let applied = applied.expect("it fits");
         let text = print(&applied.asts[0]);
         assert!(text.contains(&format!("[{expected}] = 0")), "{text}");
@@ -502,11 +511,12 @@ fn effects_vanish_at_their_null_and_stack() {
     let base = [run.model.clone()];
     let base = run.resolve(&base).expect("a sound model");
     let effects: [(&str, &[&str]); 4] = [(gain, &[]), (other, &[]), (sensor, &["h"]), (leak, &[])];
-    let applied = run.apply(&effects, Blending::Null).unwrap_or_else(|| panic!("{}", run.shown()));
+    let applied =
+        run.apply(&effects, EffectBlending::Null).unwrap_or_else(|| panic!("{}", run.shown()));
     let model = run.resolve(&applied.asts).unwrap_or_else(|| panic!("{}", run.shown()));
     assert_eq!(values(&model), values(&base));
     let names = |i: usize| {
-        let Brought { parameters, null, blend, .. } = &applied.brought[i];
+        let AddedItems { parameters, null, blend, .. } = &applied.brought[i];
         (parameters.join(","), null.join(","), blend.clone())
     };
     assert_eq!(names(0), ("gain".into(), "gain".into(), None));
@@ -559,7 +569,7 @@ fn what_does_not_fit_is_refused() {
 fn an_effect_can_bring_outputs_and_change_nothing_else() {
     let more = "output twice [m] = 2*h  noise 1 [cm]\nparameter unused [1] = 1";
     let text = effect("sensor", more);
-    for blending in [Blending::Applied, Blending::Null] {
+    for blending in [EffectBlending::Applied, EffectBlending::Null] {
         let lines = changed_lines(&[(&text, &[])], blending);
         assert_eq!(
             lines,
@@ -592,7 +602,7 @@ fn what_one_plant_effect_brings_another_can_replace_in_either_order() {
     let given: [[(&str, &[&str]); 2]; 2] =
         [[(&lag, &[]), (&loss, &[])], [(&loss, &[]), (&lag, &[])]];
     for order in given {
-        let lines = changed_lines(&order, Blending::Applied);
+        let lines = changed_lines(&order, EffectBlending::Applied);
         // The loss reads the delayed flow, the lag itself the actual flow.
         assert!(lines.iter().any(|line| line.contains("0.1*q_late")), "{lines:#?}");
         assert!(lines.iter().any(|line| line.contains("= q_in - q_late")), "{lines:#?}");
@@ -603,7 +613,7 @@ fn what_one_plant_effect_brings_another_can_replace_in_either_order() {
 fn wrong_units_are_shown_in_the_effect() {
     let mut run = Run::new(TANK);
     let text = effect("plant", "add k to level");
-    let applied = run.apply(&[(&text, &[])], Blending::Applied).expect("names are right");
+    let applied = run.apply(&[(&text, &[])], EffectBlending::Applied).expect("names are right");
     assert!(run.resolve(&applied.asts).is_none());
     assert!(run.shown().contains("effect.dgd:3:5"), "{}", run.shown());
 }
@@ -617,7 +627,7 @@ fn trees_that_branch_too_much_are_refused() {
     text += "unknown x [1]\nequation e: x = a39\n";
     let mut run = Run::new(&text);
     let effect = "effect e on m\nkind plant\nreplace u in e by 2*u\n";
-    assert!(run.apply(&[(effect, &[])], Blending::Applied).is_none());
+    assert!(run.apply(&[(effect, &[])], EffectBlending::Applied).is_none());
     assert!(run.shown().contains("E211"), "{}", run.shown());
 }
 
@@ -626,7 +636,7 @@ fn printing_an_effect_and_reading_it_again_gives_the_same() {
     let text = "/// Doc.\neffect e(y: output [Pa], q: equation, p: parameter)\nkind sensor\nform first\nparameter a [unit(y)/s] = 0 in -1 .. 1\nvariant v { x { let b = a } z { let b = 2*a } }\n/// At nothing.\nnull a = 0\nreplace output y by y + b*time\nreplace f(x, y) in q by -x\nadd (p) to q\n";
     let read = |text: &str| {
         let mut run = Run::new("model m");
-        let id = run.sources.add(Source { name: "e".into(), text: text.into() });
+        let id = run.sources.add(SourceText { name: "e".into(), text: text.into() });
         parse(id, &run.sources, &mut run.diagnostics).unwrap_or_else(|_| panic!("{}", run.shown()))
     };
     let ast = read(text);

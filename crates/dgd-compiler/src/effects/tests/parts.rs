@@ -1,28 +1,28 @@
 //! Parts of a model that an effect changes.
 
-use crate::effects::{Application, Applied, Blending, Effect, apply, write};
+use crate::effects::{Effect, EffectApplication, EffectBlending, ModelWithEffects, apply, write};
 use crate::model::{ModelOptions, resolve, text as model_text};
-use crate::source::Source;
+use crate::source::SourceText;
 use crate::syntax::parse;
-use crate::tank::{Run, TANK};
+use crate::tank::{TANK, TankCompilation};
 
 /// The text of a model after applying an effect; checks that it agrees with the changed trees.
 fn written(files: &[(&str, &str)], effect: &str) -> String {
-    let mut run = Run::new(files);
-    let id = run.sources.add(Source { name: "effect.dgd".into(), text: effect.into() });
+    let mut run = TankCompilation::new(files);
+    let id = run.sources.add(SourceText { name: "effect.dgd".into(), text: effect.into() });
     let effect = parse(id, &run.sources, &mut run.diagnostics)
         .and_then(|ast| Effect::read(ast, &mut run.diagnostics));
     let effect = effect.unwrap_or_else(|_| panic!("{}", run.shown()));
     let application =
-        Application { effect: &effect, arguments: Vec::new(), span: effect.name.span };
-    let applied = apply(&run.asts, &[application], Blending::Applied, &mut run.diagnostics);
-    let Applied { asts, brought } = applied.unwrap_or_else(|_| panic!("{}", run.shown()));
+        EffectApplication { effect: &effect, arguments: Vec::new(), span: effect.name.span };
+    let applied = apply(&run.asts, &[application], EffectBlending::Applied, &mut run.diagnostics);
+    let ModelWithEffects { asts, brought } = applied.unwrap_or_else(|_| panic!("{}", run.shown()));
     let text = write(&run.asts[0], &asts[0], &brought, &run.sources);
     let resolved = resolve(&asts, &ModelOptions::default(), &mut run.diagnostics);
     let resolved = resolved.unwrap_or_else(|_| panic!("{}", run.shown()));
     let mut again: Vec<(&str, &str)> = files.to_vec();
     again[0].1 = &text;
-    let model = Run::new(&again).model();
+    let model = TankCompilation::new(&again).model();
     assert_eq!(model_text::write(&model), model_text::write(&resolved));
     text
 }

@@ -1,7 +1,7 @@
 //! Interpolates points by piecewise polynomials.
 
 use super::Curve;
-use crate::syntax::ast::{Beyond, Shape};
+use crate::syntax::ast::{TableExtrapolation, TableInterpolation};
 
 /// The curve through at least two points with ascending abscissae. Of two points at one abscissa the first ends the
 /// piece before the step, and the second begins the next.
@@ -9,7 +9,12 @@ use crate::syntax::ast::{Beyond, Shape};
 /// Between points the curve has its shape, separately on each side of a step. Beyond its ends it holds their values or
 /// continues with their slopes. It also continues where its table refuses extrapolation, because steps evaluate it
 /// there before they are cut.
-pub fn through(shape: Shape, beyond: Beyond, x: &[f64], y: &[f64]) -> Curve {
+pub fn through(
+    shape: TableInterpolation,
+    beyond: TableExtrapolation,
+    x: &[f64],
+    y: &[f64],
+) -> Curve {
     let (mut knots, mut pieces) = (Vec::with_capacity(x.len()), Vec::with_capacity(x.len() + 1));
     let (mut begin, mut last) = (0, [0.0; 2]);
     for section in x.chunk_by(|a, b| a != b) {
@@ -24,7 +29,7 @@ pub fn through(shape: Shape, beyond: Beyond, x: &[f64], y: &[f64]) -> Curve {
         (begin, last) = (end, [y[end - 1], slopes[1]]);
     }
     pieces.push([last[0], last[1], 0.0, 0.0]);
-    if beyond == Beyond::Hold {
+    if beyond == TableExtrapolation::Hold {
         let n = pieces.len() - 1;
         (pieces[0][1], pieces[n][1]) = (0.0, 0.0);
     }
@@ -32,15 +37,15 @@ pub fn through(shape: Shape, beyond: Beyond, x: &[f64], y: &[f64]) -> Curve {
 }
 
 /// The pieces between points without a step, and the slopes at the first and the last.
-fn between(shape: Shape, x: &[f64], y: &[f64]) -> (Vec<[f64; 4]>, [f64; 2]) {
+fn between(shape: TableInterpolation, x: &[f64], y: &[f64]) -> (Vec<[f64; 4]>, [f64; 2]) {
     let n = x.len();
     if n == 1 {
         return (Vec::new(), [0.0; 2]);
     }
     let slopes = match shape {
-        Shape::Linear => Vec::new(),
-        Shape::Pchip => monotone_slopes(x, y),
-        Shape::Natural | Shape::Cubic => natural_slopes(x, y),
+        TableInterpolation::Linear => Vec::new(),
+        TableInterpolation::Pchip => monotone_slopes(x, y),
+        TableInterpolation::Natural | TableInterpolation::Cubic => natural_slopes(x, y),
     };
     let pieces = (0..n - 1).map(|k| {
         let (h, delta) = (x[k + 1] - x[k], secant(x, y, k));

@@ -38,10 +38,10 @@ pub struct CurveId {
 }
 
 /// Stored curves, by their bits.
-static KEPT: Mutex<BTreeMap<Key, CurveId>> = Mutex::new(BTreeMap::new());
+static KEPT: Mutex<BTreeMap<CurveKey, CurveId>> = Mutex::new(BTreeMap::new());
 
 /// Texts, and numbers by their bits.
-type Key = (String, Option<String>, Vec<u64>);
+type CurveKey = (String, Option<String>, Vec<u64>);
 
 impl TableCurve {
     /// Whether it interpolates points, rather than looking numbers up.
@@ -57,7 +57,7 @@ impl TableCurve {
 
 impl CurveId {
     /// Stores a curve.
-    pub fn of(curve: TableCurve) -> Self {
+    pub fn store(curve: TableCurve) -> Self {
         let mut kept = KEPT.lock().unwrap_or_else(PoisonError::into_inner);
         let number = u32::try_from(kept.len()).unwrap_or(u32::MAX);
         *kept.entry(key(&curve)).or_insert_with(|| {
@@ -72,7 +72,7 @@ impl CurveId {
         let last = numbers.len().saturating_sub(1);
         let knots: Vec<f64> = (0..last).map(|k| k as f64 + 0.5).collect();
         let pieces: Vec<[f64; 4]> = numbers.iter().map(|number| [*number, 0.0, 0.0, 0.0]).collect();
-        Self::of(TableCurve {
+        Self::store(TableCurve {
             name: name.to_owned(),
             curve: Curve { knots: knots.into(), pieces: pieces.into() },
             smooth: i8::MAX,
@@ -99,7 +99,7 @@ impl CurveId {
         (!curve.is_zero()).then(|| {
             let (name, smooth) = (format!("{name}'"), smooth.saturating_sub(1));
             let (kinks, limit) = (Vec::new(), None);
-            Self::of(TableCurve { name, curve, smooth, kinks, ends: *ends, limit })
+            Self::store(TableCurve { name, curve, smooth, kinks, ends: *ends, limit })
         })
     }
 
@@ -114,7 +114,7 @@ impl CurveId {
     }
 }
 
-fn key(curve: &TableCurve) -> Key {
+fn key(curve: &TableCurve) -> CurveKey {
     let TableCurve { name, curve, smooth, kinks, ends, limit } = curve;
     let bits = |numbers: &[f64]| numbers.iter().map(|x| x.to_bits()).collect::<Vec<_>>();
     let mut numbers = vec![u64::from(smooth.cast_unsigned()), curve.knots.len() as u64];

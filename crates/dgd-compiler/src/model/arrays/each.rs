@@ -3,25 +3,25 @@
 
 use std::fmt::Write as _;
 
-use super::shape::Shape;
+use super::shape::ArrayShape;
 use super::sweep::open;
-use crate::diagnostics::{Code, Diagnostic, Diagnostics, Reported};
+use crate::diagnostics::{Code, Diagnostic, Diagnostics, ErrorReported};
 use crate::expr::ExprId;
-use crate::model::resolve::Resolver;
+use crate::model::resolve::ModelResolver;
 use crate::model::{Automaton, Crossing};
-use crate::syntax::ast::{Counter, Item, ItemKind, StartRule};
+use crate::syntax::ast::{Item, ItemKind, LoopCounter, StartRule};
 
 /// Limit on the indices for which a loop is written out.
 pub(super) const MOST_WRITTEN_OUT: u32 = 20_000;
 
-impl<'a> Resolver<'a> {
+impl<'a> ModelResolver<'a> {
     pub(super) fn each(
         &mut self,
-        counters: &'a [Counter],
+        counters: &'a [LoopCounter],
         item: &'a Item,
-        shape: &Shape,
+        shape: &ArrayShape,
         diagnostics: &mut Diagnostics,
-    ) -> Result<(), Reported> {
+    ) -> Result<(), ErrorReported> {
         let count = shape.count().unwrap_or(u32::MAX);
         if count > MOST_WRITTEN_OUT {
             return Err(diagnostics.error(too_many(item, count)));
@@ -76,7 +76,7 @@ impl<'a> Resolver<'a> {
         one: &mut Automaton,
         other: Automaton,
         diagnostics: &mut Diagnostics,
-    ) -> Result<(), Reported> {
+    ) -> Result<(), ErrorReported> {
         for (transition, further) in one.transitions.iter_mut().zip(other.transitions) {
             for reset in further.resets {
                 self.add_reset(&mut transition.resets, reset, diagnostics)?;
@@ -103,7 +103,7 @@ pub(super) fn too_many(item: &Item, count: u32) -> Diagnostic {
             format!("it can stand for up to {MOST_WRITTEN_OUT}"),
         ),
     };
-    Diagnostic::new(Code::E230, item.span, message).help(help)
+    Diagnostic::new(Code::NotAKnownWholeNumber, item.span, message).help(help)
 }
 
 /// Whether two events of a loop are the same: one for each clock and for each watched expression.

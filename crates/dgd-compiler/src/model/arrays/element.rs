@@ -1,15 +1,15 @@
 //! Elements in expressions: of unknowns, constants, parameters, inputs, and of the `let`s of loops.
 
 use super::place::{ArrayPlace, LetArray};
-use super::shape::Shape;
+use super::shape::ArrayShape;
 use super::vector::numbers_at;
-use super::whole::{AffineInteger, Extent, LoopIndex, whole};
-use crate::diagnostics::{Code, Diagnostic, Diagnostics, Reported};
+use super::whole::{AffineInteger, IndexExtent, LoopIndex, whole};
+use crate::diagnostics::{Code, Diagnostic, Diagnostics, ErrorReported};
 use crate::expr::{ExprId, Node, Symbol};
-use crate::model::check_units::Dim;
-use crate::model::define::Definition;
-use crate::model::expression::{Arguments, Lowering, Typed, unit_of};
-use crate::model::resolve::Reading;
+use crate::model::check_units::ExprDimension;
+use crate::model::define::NameDefinition;
+use crate::model::expression::{ExprLowering, OpenArguments, TypedExpr, unit_of};
+use crate::model::resolve::NumberReading;
 use crate::source::Span;
 use crate::syntax::ast::{ArrayKind, Expr, ExprKind, Name};
 use crate::syntax::visit;
@@ -22,14 +22,14 @@ fn reads(expr: &Expr, name: &str) -> bool {
 }
 
 /// An element in source form: the array's name, and an index for each pair of brackets.
-struct Written<'a> {
+struct WrittenElement<'a> {
     array: &'a Expr,
     indices: Vec<&'a Expr>,
 }
 
-impl<'a> Written<'a> {
-    fn of(array: &'a Expr, index: &'a Expr) -> Self {
-        let mut written = Written { array, indices: vec![index] };
+impl<'a> WrittenElement<'a> {
+    fn new(array: &'a Expr, index: &'a Expr) -> Self {
+        let mut written = WrittenElement { array, indices: vec![index] };
         while let ExprKind::Element(array, index) = &written.array.kind {
             written.indices.insert(0, index);
             written.array = array;
@@ -40,16 +40,16 @@ impl<'a> Written<'a> {
 
 /// The position of an index in an array.
 #[derive(Debug, Clone, Copy)]
-struct Pointed {
+struct IndexPosition {
     /// Distance from the first element, at the first passage.
     offset: u32,
     /// Its increment with each passage.
     slope: i64,
 }
 
-impl<'a> Lowering<'a> {
+impl<'a> ExprLowering<'a> {
     /// The index of an open loop as a number.
-    pub(in crate::model) fn index_value(&mut self, index: LoopIndex<'a>) -> Typed {
+    pub(in crate::model) fn index_value(&mut self, index: LoopIndex<'a>) -> TypedExpr {
         let first = self.graph.constant(index.first as f64);
         let id = if index.count > 1 {
             let counter = self.graph.symbol(Symbol::Counter);
@@ -57,7 +57,7 @@ impl<'a> Lowering<'a> {
         } else {
             first
         };
-        Typed { id, dim: Dim::ONE }
+        TypedExpr { id, dim: ExprDimension::ONE }
     }
 
     /// Number of passages of the open loop.
@@ -73,9 +73,9 @@ impl<'a> Lowering<'a> {
     pub(super) fn verify_free(
         &self,
         index: &Name,
-        arguments: &Arguments<'a>,
+        arguments: &OpenArguments<'a>,
         diagnostics: &mut Diagnostics,
-    ) -> Result<(), Reported> {
+    ) -> Result<(), ErrorReported> {
         if self.scope.names.contains_key(index.text.as_str()) {
             self.scope.verify_index(index, diagnostics);
             return diagnostics.check();
@@ -88,8 +88,9 @@ impl<'a> Lowering<'a> {
             return Ok(());
         };
         let message = format!("the index `{}` has the name of {what}", index.text);
-        Err(diagnostics
-            .error(Diagnostic::new(Code::E202, index.span, message).help("choose another name")))
+        Err(diagnostics.error(
+            Diagnostic::new(Code::DuplicateName, index.span, message).help("choose another name"),
+        ))
     }
 
     /// An element of an array, or its derivative.
@@ -98,14 +99,14 @@ impl<'a> Lowering<'a> {
         array: &'a Expr,
         index: &'a Expr,
         is_rate: bool,
-        arguments: &Arguments<'a>,
+        arguments: &OpenArguments<'a>,
         diagnostics: &mut Diagnostics,
-    ) -> Result<Typed, Reported> {
-        let written = Written::of(array, index);
+    ) -> Result<TypedExpr, ErrorReported> {
+        let written = WrittenElement::new(array, index);
         let indices = self.whole_indices(&written.indices, diagnostics)?;
         let span = written.array.span;
         let not_an_array = |what: String| {
-            Diagnostic::new(Code::E232, span, what)
+            Diagnostic::new(Code::ArrayAsNumber, span, what)
                 .help("an index stands behind an array declared as in `state p[1..N]`")
         };
         let ExprKind::Name(name) = &written.array.kind else {
@@ -124,16 +125,16 @@ impl<'a> Lowering<'a> {
         let no_rate = |what: &str, diagnostics: &mut Diagnostics| {
             let message = format!("`{name}` is {what}, not an array of states");
             Err(diagnostics.error(
-                Diagnostic::new(Code::E209, span, message)
+                Diagnostic::new(Code::NoDerivative, span, message)
                     .label(place, "declared here")
                     .help("only what is declared `state` has a derivative"),
             ))
         };
-        let pointed_in = |lowering: &Self, shape: &Shape, diagnostics: &mut Diagnostics| {
+        let pointed_in = |lowering: &Self, shape: &ArrayShape, diagnostics: &mut Diagnostics| {
             lowering.pointed(&indices, shape, name, &written.indices, place, diagnostics)
         };
         match definition {
-            Definition::Array { index: position, state } => {
+            NameDefinition::Array { index: position, state } => {
                 let array = self.scope.arrays[position].clone()?;
                 let pointed = pointed_in(self, &array.shape, diagnostics)?;
                 let unit = self.scope.dimension(name)?;
@@ -142,20 +143,20 @@ impl<'a> Lowering<'a> {
                 }
                 Ok(self.unknown_element(&array, pointed, unit, is_rate))
             }
-            Definition::Vector(position) if is_rate => {
+            NameDefinition::Vector(position) if is_rate => {
                 let word = self.scope.vectors[position].kind.word();
                 no_rate(&format!("an array of {word}s"), diagnostics)
             }
-            Definition::Vector(position) => {
+            NameDefinition::Vector(position) => {
                 let vector = &self.scope.vectors[position];
                 let (kind, array) = (vector.kind, vector.place.clone()?);
                 let pointed = pointed_in(self, &array.shape, diagnostics)?;
-                let dim = Dim::Of(self.scope.dimension(name)?);
+                let dim = ExprDimension::Of(self.scope.dimension(name)?);
                 let id = self.vector_element(kind, &array, pointed);
-                Ok(Typed { id, dim })
+                Ok(TypedExpr { id, dim })
             }
-            Definition::LetArray(_) if is_rate => no_rate("a `let`", diagnostics),
-            Definition::LetArray(position) => {
+            NameDefinition::LetArray(_) if is_rate => no_rate("a `let`", diagnostics),
+            NameDefinition::LetArray(position) => {
                 let array = self.scope.let_arrays[position].clone();
                 let shape = array.shape.clone()?;
                 pointed_in(self, &shape, diagnostics)?;
@@ -184,9 +185,9 @@ impl<'a> Lowering<'a> {
         name: &Name,
         indices: &[Expr],
         diagnostics: &mut Diagnostics,
-    ) -> Result<Symbol, Reported> {
+    ) -> Result<Symbol, ErrorReported> {
         let entry = self.scope.names.get(name.text.as_str());
-        let Some((Definition::Array { index, .. }, declared)) =
+        let Some((NameDefinition::Array { index, .. }, declared)) =
             entry.map(|entry| (entry.definition, entry.span))
         else {
             unreachable!("asked before");
@@ -203,7 +204,7 @@ impl<'a> Lowering<'a> {
         &self,
         indices: &[&Expr],
         diagnostics: &mut Diagnostics,
-    ) -> Result<Vec<AffineInteger>, Reported> {
+    ) -> Result<Vec<AffineInteger>, ErrorReported> {
         let whole = |index: &&Expr| whole(index, &self.scope.sizes, &self.indices, diagnostics);
         indices.iter().map(whole).collect()
     }
@@ -211,10 +212,10 @@ impl<'a> Lowering<'a> {
     fn unknown_element(
         &mut self,
         array: &ArrayPlace<'a>,
-        pointed: Pointed,
+        pointed: IndexPosition,
         unit: Dimension,
         is_rate: bool,
-    ) -> Typed {
+    ) -> TypedExpr {
         let position = array.first + pointed.offset;
         let sweeps = self.sweeps(pointed);
         let symbol = match (is_rate, sweeps) {
@@ -224,12 +225,12 @@ impl<'a> Lowering<'a> {
             (true, true) => Symbol::SweptRate(position),
         };
         let unit =
-            if is_rate { unit.over(self.scope.second).unwrap_or(Dimension::ONE) } else { unit };
-        Typed { id: self.graph.symbol(symbol), dim: Dim::Of(unit) }
+            if is_rate { unit.divide(self.scope.second).unwrap_or(Dimension::ONE) } else { unit };
+        TypedExpr { id: self.graph.symbol(symbol), dim: ExprDimension::Of(unit) }
     }
 
     /// Whether an element moves with the row. Records whether it moves by more than one.
-    fn sweeps(&mut self, pointed: Pointed) -> bool {
+    fn sweeps(&mut self, pointed: IndexPosition) -> bool {
         self.strided |= !(0..=1).contains(&pointed.slope);
         pointed.slope == 1
     }
@@ -238,7 +239,7 @@ impl<'a> Lowering<'a> {
         &mut self,
         kind: ArrayKind,
         array: &ArrayPlace<'a>,
-        pointed: Pointed,
+        pointed: IndexPosition,
     ) -> ExprId {
         let position = array.first + pointed.offset;
         if kind == ArrayKind::Constant {
@@ -255,7 +256,7 @@ impl<'a> Lowering<'a> {
     }
 
     /// A constant, which is looked up if it moves, by any increment.
-    fn constant_element(&mut self, array: &ArrayPlace<'a>, pointed: Pointed) -> ExprId {
+    fn constant_element(&mut self, array: &ArrayPlace<'a>, pointed: IndexPosition) -> ExprId {
         let position = array.first + pointed.offset;
         if pointed.slope == 0 {
             return self.graph.symbol(Symbol::Constant(position));
@@ -278,7 +279,7 @@ impl<'a> Lowering<'a> {
         at: Vec<LoopIndex<'a>>,
         span: Span,
         diagnostics: &mut Diagnostics,
-    ) -> Result<Typed, Reported> {
+    ) -> Result<TypedExpr, ErrorReported> {
         let key = (array.name, at.clone());
         if let Some(done) = self.opened_lets.get(&key) {
             return *done;
@@ -286,7 +287,7 @@ impl<'a> Lowering<'a> {
         if self.open.contains(&array.name) {
             let message = format!("`{}` depends on itself", array.name);
             return Err(diagnostics.error(
-                Diagnostic::new(Code::E206, span, message)
+                Diagnostic::new(Code::CircularDefinition, span, message)
                     .help("an unknown that equations determine can depend on its neighbours"),
             ));
         }
@@ -295,8 +296,8 @@ impl<'a> Lowering<'a> {
         let result = match array.unit {
             None => self.value(array.value, diagnostics),
             Some(unit) => unit_of(Some(unit), diagnostics).and_then(|unit| {
-                let none = Arguments::new();
-                self.in_unit(array.value, &unit, Reading::Value, &none, diagnostics)
+                let none = OpenArguments::new();
+                self.in_unit(array.value, &unit, NumberReading::Value, &none, diagnostics)
             }),
         };
         self.indices = outer;
@@ -315,26 +316,26 @@ impl<'a> Lowering<'a> {
     fn pointed(
         &self,
         at: &[AffineInteger],
-        shape: &Shape,
+        shape: &ArrayShape,
         name: &str,
         indices: &[&Expr],
         declared: Span,
         diagnostics: &mut Diagnostics,
-    ) -> Result<Pointed, Reported> {
+    ) -> Result<IndexPosition, ErrorReported> {
         let (given, wanted) = (at.len(), shape.axes().len());
         if given != wanted {
             let noun = if wanted == 1 { "index" } else { "indices" };
             let message = format!("an element of `{name}` has {wanted} {noun}, not {given}");
             let span = indices.last().map_or(declared, |index| index.span);
             return Err(diagnostics.error(
-                Diagnostic::new(Code::E232, span, message)
+                Diagnostic::new(Code::ArrayAsNumber, span, message)
                     .label(declared, "declared here")
                     .help(format!("write `{name}{}`", "[…]".repeat(wanted))),
             ));
         }
         if self.passages() == 0 {
             // The loop is empty: it reads no element.
-            return Ok(Pointed { offset: 0, slope: 0 });
+            return Ok(IndexPosition { offset: 0, slope: 0 });
         }
         let (mut offset, mut slope) = (0, 0);
         for (axis, (at, index)) in at.iter().zip(indices).enumerate() {
@@ -343,20 +344,20 @@ impl<'a> Lowering<'a> {
             offset += (at.at - extent.lower) * shape.stride(axis);
             slope += at.slope * shape.stride(axis);
         }
-        Ok(Pointed { offset: u32::try_from(offset).unwrap_or(u32::MAX), slope })
+        Ok(IndexPosition { offset: u32::try_from(offset).unwrap_or(u32::MAX), slope })
     }
 
     /// Checks that an index stays within its range at every passage.
     fn verify_within(
         &self,
         at: AffineInteger,
-        extent: Extent,
+        extent: IndexExtent,
         name: &str,
         index: &Expr,
         declared: Span,
         diagnostics: &mut Diagnostics,
-    ) -> Result<(), Reported> {
-        let Extent { lower, count } = extent;
+    ) -> Result<(), ErrorReported> {
+        let IndexExtent { lower, count } = extent;
         let upper = lower + i64::from(count) - 1;
         let last = i64::from(self.passages()) - 1;
         let is_outside = |passage: &i64| !(lower..=upper).contains(&(at.at + at.slope * passage));
@@ -373,7 +374,8 @@ impl<'a> Lowering<'a> {
         let message =
             format!("`{name}` has no element {element}{when}: it runs from {lower} to {upper}");
         Err(diagnostics.error(
-            Diagnostic::new(Code::E231, index.span, message).label(declared, "declared here"),
+            Diagnostic::new(Code::IndexOutOfRange, index.span, message)
+                .label(declared, "declared here"),
         ))
     }
 }

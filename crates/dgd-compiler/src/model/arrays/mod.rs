@@ -23,30 +23,30 @@ mod sweep;
 mod vector;
 pub(super) mod whole;
 
-use self::whole::{Extent, LoopIndex};
+use self::whole::{IndexExtent, LoopIndex};
 use super::Array;
-use super::define::Definition;
+use super::define::NameDefinition;
 use super::item::UnknownDeclaration;
-use super::resolve::Resolver;
-use crate::diagnostics::{Diagnostics, Reported};
-use crate::expr::{ExprId, Graph, Node, Symbol};
-use crate::syntax::ast::{Axis, Comparison, Expr, ExprKind, Item, Name};
+use super::resolve::ModelResolver;
+use crate::diagnostics::{Diagnostics, ErrorReported};
+use crate::expr::{ExprGraph, ExprId, Node, Symbol};
+use crate::syntax::ast::{ArrayAxis, Comparison, Expr, ExprKind, Item, Name};
 
 pub(super) use place::{ArrayPlace, LetArray};
-pub(super) use shape::Shape;
+pub(super) use shape::ArrayShape;
 pub(super) use vector::Vector;
 
-impl<'a> Resolver<'a> {
+impl<'a> ModelResolver<'a> {
     /// `state p[1..N] = …`: a row of elements for each value of the outer indices.
     pub(super) fn array(
         &mut self,
         item: &Item,
-        axes: &'a [Axis],
+        axes: &'a [ArrayAxis],
         declaration: &UnknownDeclaration<'a>,
         diagnostics: &mut Diagnostics,
-    ) -> Result<Vec<Array>, Reported> {
+    ) -> Result<Vec<Array>, ErrorReported> {
         let name = declaration.name;
-        let Some(Definition::Array { index: position, .. }) =
+        let Some(NameDefinition::Array { index: position, .. }) =
             self.lowering.scope.names.get(name.text.as_str()).map(|entry| entry.definition)
         else {
             // A duplicate declaration of a name has been reported.
@@ -72,17 +72,17 @@ impl<'a> Resolver<'a> {
     fn row(
         &mut self,
         item: &Item,
-        axes: &'a [Axis],
+        axes: &'a [ArrayAxis],
         declaration: &UnknownDeclaration<'a>,
-        shape: &Shape,
+        shape: &ArrayShape,
         offset: u32,
         diagnostics: &mut Diagnostics,
-    ) -> Result<super::Unknown, Reported> {
-        let Extent { lower, count } = shape.row();
+    ) -> Result<super::Unknown, ErrorReported> {
+        let IndexExtent { lower, count } = shape.row();
         let of_row = |this: &mut Self, passage: Option<u32>| {
             this.lowering.indices = open_axes(axes, &shape.indices(offset + passage.unwrap_or(0)));
             if passage.is_none()
-                && let Some(Axis { index: Some(index), .. }) = axes.last()
+                && let Some(ArrayAxis { index: Some(index), .. }) = axes.last()
             {
                 this.lowering.indices.pop();
                 this.lowering.indices.push(LoopIndex { name: &index.text, first: lower, count });
@@ -127,25 +127,25 @@ impl<'a> Resolver<'a> {
 
     pub(super) fn is_array(&self, name: &Name) -> bool {
         let entry = self.lowering.scope.names.get(name.text.as_str());
-        entry.is_some_and(|entry| matches!(entry.definition, Definition::Array { .. }))
+        entry.is_some_and(|entry| matches!(entry.definition, NameDefinition::Array { .. }))
     }
 }
 
 /// `T[2]` for the elements `T[2][1]` and so on; `p` for those of a single row.
-fn name_of_row(name: &Name, shape: &Shape, offset: u32) -> String {
+fn name_of_row(name: &Name, shape: &ArrayShape, offset: u32) -> String {
     let mut indices = shape.indices(offset);
     indices.pop();
     format!("{}{}", name.text, shape::brackets(&indices))
 }
 
 /// The named indices of an array at one of its elements.
-fn open_axes<'a>(axes: &'a [Axis], at: &[i64]) -> Vec<LoopIndex<'a>> {
+fn open_axes<'a>(axes: &'a [ArrayAxis], at: &[i64]) -> Vec<LoopIndex<'a>> {
     let named = axes.iter().zip(at).filter_map(|(axis, at)| Some((axis.index.as_ref()?, *at)));
     named.map(|(index, first)| LoopIndex { name: &index.text, first, count: 1 }).collect()
 }
 
 /// The expression selected by the counter, the first of them at `from`, by bisection.
-fn chosen_by_counter(graph: &mut Graph, each: &[ExprId], from: usize) -> ExprId {
+fn chosen_by_counter(graph: &mut ExprGraph, each: &[ExprId], from: usize) -> ExprId {
     if let [only] = each {
         return *only;
     }

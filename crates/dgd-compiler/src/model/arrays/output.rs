@@ -2,22 +2,22 @@
 
 use super::each::{MOST_WRITTEN_OUT, too_many};
 use super::name_of_row;
-use crate::diagnostics::{Code, Diagnostic, Diagnostics, Reported};
+use crate::diagnostics::{Code, Diagnostic, Diagnostics, ErrorReported};
 use crate::expr::Symbol;
-use crate::model::check_units::Dim;
-use crate::model::define::{Definition, Entry};
-use crate::model::density::reading::{Noise, Noisy};
-use crate::model::expression::{Typed, unit_of};
+use crate::model::check_units::ExprDimension;
+use crate::model::define::{NameDefinition, ScopeEntry};
+use crate::model::density::reading::{NoisyOutput, OutputNoise};
+use crate::model::expression::{TypedExpr, unit_of};
 use crate::model::item::unit_read;
-use crate::model::resolve::Resolver;
-use crate::model::{Declared, Output, OutputArray};
-use crate::syntax::ast::{Attribute, Item, Name, Unit as WrittenUnit};
+use crate::model::resolve::ModelResolver;
+use crate::model::{DeclarationHeader, Output, OutputArray};
+use crate::syntax::ast::{Attribute, Item, Name, WrittenUnit};
 use crate::units::Unit;
 
 /// Limit on the elements of an array that is an output: each has a name, a unit and a column.
 const MOST_OUTPUTS: u32 = 2_000_000;
 
-impl<'a> Resolver<'a> {
+impl<'a> ModelResolver<'a> {
     /// `output p [bar]` of an array `p`.
     pub(in crate::model) fn output_array(
         &mut self,
@@ -26,10 +26,12 @@ impl<'a> Resolver<'a> {
         unit: Option<&'a WrittenUnit>,
         attributes: &'a [Attribute],
         diagnostics: &mut Diagnostics,
-    ) -> Result<(), Reported> {
+    ) -> Result<(), ErrorReported> {
         let written_unit = unit.map(|unit| unit_of(Some(unit), diagnostics)).transpose()?;
         let entry = self.lowering.scope.names.get(name.text.as_str()).cloned();
-        let Some(Entry { definition: Definition::Array { index, .. }, span, unit }) = entry else {
+        let Some(ScopeEntry { definition: NameDefinition::Array { index, .. }, span, unit }) =
+            entry
+        else {
             unreachable!("asked before");
         };
         let declared = unit.unwrap_or_else(|| Ok(Unit::one()))?;
@@ -42,11 +44,11 @@ impl<'a> Resolver<'a> {
                 place.count()
             );
             return Err(diagnostics.error(
-                Diagnostic::new(Code::E230, name.span, message)
+                Diagnostic::new(Code::NotAKnownWholeNumber, name.span, message)
                     .help("name the elements that are wanted: `output last = x[N]`"),
             ));
         }
-        let named = |output_name: String| Declared {
+        let named = |output_name: String| DeclarationHeader {
             name: output_name,
             span: name.span,
             unit: unit.clone(),
@@ -54,21 +56,21 @@ impl<'a> Resolver<'a> {
         };
         let noise_of = |resolver: &mut Self, k: u32, diagnostics: &mut Diagnostics| {
             let value = resolver.lowering.graph.symbol(Symbol::Element(place.first + k));
-            let typed = Typed { id: value, dim: Dim::Of(unit.dimension) };
-            let read = Noisy { name: &name.text, value: typed, unit: unit.clone() };
+            let typed = TypedExpr { id: value, dim: ExprDimension::Of(unit.dimension) };
+            let read = NoisyOutput { name: &name.text, value: typed, unit: unit.clone() };
             Ok((value, resolver.noise(&read, attributes, diagnostics)?))
         };
         let noise = match noise_of(self, 0, diagnostics)?.1 {
-            Noise::Silent => None,
-            Noise::Known(noise) => Some(noise),
-            Noise::Formula(_) => {
+            OutputNoise::Silent => None,
+            OutputNoise::Known(noise) => Some(noise),
+            OutputNoise::Formula(_) => {
                 let count = place.shape.count().unwrap_or(u32::MAX);
                 if count > MOST_WRITTEN_OUT {
                     return Err(diagnostics.error(too_many(item, count)));
                 }
                 for k in 0..count {
                     let (value, noise) = noise_of(self, k, diagnostics)?;
-                    if let Noise::Formula(formula) = noise {
+                    if let OutputNoise::Formula(formula) = noise {
                         self.formulas.push((self.model.outputs.len(), formula));
                     }
                     let declared = named(format!("{}{}", name.text, place.shape.brackets(k)));

@@ -2,13 +2,13 @@
 
 use std::collections::BTreeMap;
 
-use super::shape::{Shape, brackets};
-use super::whole::{Extent, extent, sizes_of};
-use crate::diagnostics::{Code, Diagnostic, Diagnostics, Reported};
+use super::shape::{ArrayShape, brackets};
+use super::whole::{IndexExtent, extent, sizes_of};
+use crate::diagnostics::{Code, Diagnostic, Diagnostics, ErrorReported};
 use crate::expr::Symbol;
-use crate::model::define::{Definition, Scope};
+use crate::model::define::{ModelScope, NameDefinition};
 use crate::syntax::ast::{
-    ArrayKind, Axis, Counter, Expr, Item, ItemKind, Name, Unit as WrittenUnit,
+    ArrayAxis, ArrayKind, Expr, Item, ItemKind, LoopCounter, Name, WrittenUnit,
 };
 use crate::syntax::edit::element_of;
 
@@ -23,7 +23,7 @@ const MOST_VALUES: u32 = 100_000;
 pub(in crate::model) struct ArrayPlace<'a> {
     pub(in crate::model) name: &'a str,
     pub(in crate::model) first: u32,
-    pub(in crate::model) shape: Shape,
+    pub(in crate::model) shape: ArrayShape,
 }
 
 /// A `let` of a loop: an expression for each index.
@@ -31,8 +31,8 @@ pub(in crate::model) struct ArrayPlace<'a> {
 pub(in crate::model) struct LetArray<'a> {
     pub(in crate::model) name: &'a str,
     /// Names of the indices in `value`.
-    pub(in crate::model) counters: &'a [Counter],
-    pub(in crate::model) shape: Result<Shape, Reported>,
+    pub(in crate::model) counters: &'a [LoopCounter],
+    pub(in crate::model) shape: Result<ArrayShape, ErrorReported>,
     pub(in crate::model) unit: Option<&'a WrittenUnit>,
     pub(in crate::model) value: &'a Expr,
 }
@@ -40,7 +40,7 @@ pub(in crate::model) struct LetArray<'a> {
 impl<'a> ArrayPlace<'a> {
     /// A place before sizes are known.
     pub(in crate::model) fn nowhere(name: &'a Name) -> Self {
-        ArrayPlace { name: &name.text, first: 0, shape: Shape::new(Vec::new()) }
+        ArrayPlace { name: &name.text, first: 0, shape: ArrayShape::new(Vec::new()) }
     }
 
     pub(in crate::model) fn count(&self) -> u32 {
@@ -54,7 +54,7 @@ impl<'a> ArrayPlace<'a> {
     }
 }
 
-impl<'a> Scope<'a> {
+impl<'a> ModelScope<'a> {
     /// Evaluates the sizes, and with them the positions of arrays and the ranges of loops.
     pub(in crate::model) fn place_arrays(
         &mut self,
@@ -87,14 +87,14 @@ impl<'a> Scope<'a> {
                     }
                 }
                 ItemKind::For { counters, items } => {
-                    for (i, Counter { index, .. }) in counters.iter().enumerate() {
+                    for (i, LoopCounter { index, .. }) in counters.iter().enumerate() {
                         self.verify_index(index, diagnostics);
                         if let Some(first) =
                             counters[..i].iter().find(|c| c.index.text == index.text)
                         {
                             let message = format!("two indices are called `{}`", index.text);
                             diagnostics.error(
-                                Diagnostic::new(Code::E202, index.span, message)
+                                Diagnostic::new(Code::DuplicateName, index.span, message)
                                     .label(first.index.span, "first here"),
                             );
                         }
@@ -121,23 +121,23 @@ impl<'a> Scope<'a> {
 
     fn shape<'r>(
         &self,
-        ranges: impl Iterator<Item = &'r crate::syntax::ast::Range>,
+        ranges: impl Iterator<Item = &'r crate::syntax::ast::NumberRange>,
         diagnostics: &mut Diagnostics,
-    ) -> Result<Shape, Reported> {
-        let extents: Vec<Result<Extent, Reported>> =
+    ) -> Result<ArrayShape, ErrorReported> {
+        let extents: Vec<Result<IndexExtent, ErrorReported>> =
             ranges.map(|range| extent(range, &self.sizes, diagnostics)).collect();
-        Ok(Shape::new(extents.into_iter().collect::<Result<_, _>>()?))
+        Ok(ArrayShape::new(extents.into_iter().collect::<Result<_, _>>()?))
     }
 
     /// Places an array after those before it.
     fn place(
         &self,
         name: &'a Name,
-        axes: &[Axis],
+        axes: &[ArrayAxis],
         next: &mut u32,
         most: u32,
         diagnostics: &mut Diagnostics,
-    ) -> Result<ArrayPlace<'a>, Reported> {
+    ) -> Result<ArrayPlace<'a>, ErrorReported> {
         let shape = self.shape(axes.iter().map(|axis| &axis.range), diagnostics)?;
         let empty = shape.axes().iter().position(|axis| axis.count == 0);
         let end = shape.count().and_then(|count| next.checked_add(count));
@@ -154,7 +154,7 @@ impl<'a> Scope<'a> {
             }
         };
         let span = axes[empty.unwrap_or(0)].range.span;
-        Err(diagnostics.error(Diagnostic::new(Code::E230, span, message)))
+        Err(diagnostics.error(Diagnostic::new(Code::NotAKnownWholeNumber, span, message)))
     }
 
     /// Checks that elements that are set from outside, `k[2]`, exist.
@@ -165,7 +165,8 @@ impl<'a> Scope<'a> {
     ) {
         for (name, value) in settings {
             let Some((of, indices)) = element_of(name) else { continue };
-            let Some(Definition::Vector(vector)) = self.names.get(of).map(|entry| entry.definition)
+            let Some(NameDefinition::Vector(vector)) =
+                self.names.get(of).map(|entry| entry.definition)
             else {
                 continue;
             };
@@ -182,7 +183,7 @@ impl<'a> Scope<'a> {
                     brackets(&indices),
                     ranges.join("][")
                 );
-                diagnostics.error(Diagnostic::new(Code::E231, value.span, message));
+                diagnostics.error(Diagnostic::new(Code::IndexOutOfRange, value.span, message));
             }
         }
     }
@@ -192,8 +193,8 @@ impl<'a> Scope<'a> {
         let Some(earlier) = self.names.get(index.text.as_str()) else { return };
         let message =
             format!("the index `{}` has the name of {}", index.text, earlier.definition.noun());
-        let diagnostic = Diagnostic::new(Code::E202, index.span, message);
-        let is_built_in = matches!(earlier.definition, Definition::Time | Definition::Pi);
+        let diagnostic = Diagnostic::new(Code::DuplicateName, index.span, message);
+        let is_built_in = matches!(earlier.definition, NameDefinition::Time | NameDefinition::Pi);
         diagnostics.error(if is_built_in {
             diagnostic.help("choose another name")
         } else {

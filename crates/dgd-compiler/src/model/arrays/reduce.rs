@@ -1,25 +1,25 @@
 //! `sum(… for i in 1..N)` and other reductions: the values for all indices, one after another.
 
-use super::whole::{Extent, LoopIndex, extent_within};
-use crate::diagnostics::{Code, Diagnostic, Diagnostics, Reported};
+use super::whole::{IndexExtent, LoopIndex, extent_within};
+use crate::diagnostics::{Code, Diagnostic, Diagnostics, ErrorReported};
 use crate::expr::Node;
 use crate::expr::intrinsics::IntrinsicId;
-use crate::model::check_units::{Dim, Spelling};
-use crate::model::expression::{Arguments, Lowering, Typed};
+use crate::model::check_units::{ExprDimension, UnitSpelling};
+use crate::model::expression::{ExprLowering, OpenArguments, TypedExpr};
 use crate::source::Span;
-use crate::syntax::ast::{Counter, Reducing, Reduction};
+use crate::syntax::ast::{LoopCounter, Reduction, ReductionOperation};
 
 /// Limit on the terms of a reduction, including nested ones: each is an expression of its own.
 const MOST_TERMS: usize = 100_000;
 
-impl<'a> Lowering<'a> {
+impl<'a> ExprLowering<'a> {
     pub(in crate::model) fn reduction(
         &mut self,
         reduction: &'a Reduction,
         span: Span,
-        arguments: &Arguments<'a>,
+        arguments: &OpenArguments<'a>,
         diagnostics: &mut Diagnostics,
-    ) -> Result<Typed, Reported> {
+    ) -> Result<TypedExpr, ErrorReported> {
         let mut terms = Vec::new();
         let open = self.indices.len();
         let is_outermost = !std::mem::replace(&mut self.within_reduction, true);
@@ -33,13 +33,19 @@ impl<'a> Lowering<'a> {
         let word = reduction.kind.word();
         let Some((first, others)) = terms.split_first() else {
             return match reduction.kind {
-                Reducing::Sum => Ok(Typed { id: self.graph.constant(0.0), dim: Dim::Zero }),
-                Reducing::Product => Ok(Typed { id: self.graph.constant(1.0), dim: Dim::ONE }),
-                Reducing::Least | Reducing::Greatest | Reducing::Mean => {
+                ReductionOperation::Sum => {
+                    Ok(TypedExpr { id: self.graph.constant(0.0), dim: ExprDimension::Zero })
+                }
+                ReductionOperation::Product => {
+                    Ok(TypedExpr { id: self.graph.constant(1.0), dim: ExprDimension::ONE })
+                }
+                ReductionOperation::Least
+                | ReductionOperation::Greatest
+                | ReductionOperation::Mean => {
                     let message =
                         format!("there is no `{word}` of nothing: no index is in the range");
                     Err(diagnostics.error(
-                        Diagnostic::new(Code::E230, span, message)
+                        Diagnostic::new(Code::NotAKnownWholeNumber, span, message)
                             .help("let the range have an index"),
                     ))
                 }
@@ -47,23 +53,25 @@ impl<'a> Lowering<'a> {
         };
         let mut total = *first;
         for term in others {
-            let dim = if reduction.kind == Reducing::Product {
-                Spelling::product(total.dim, term.dim, false, reduction.body.span)
+            let dim = if reduction.kind == ReductionOperation::Product {
+                UnitSpelling::product(total.dim, term.dim, false, reduction.body.span)
             } else {
                 let span = reduction.body.span;
-                self.scope.spelling.same("add", total.at(span), term.at(span))
+                self.scope.spelling.same("add", total.locate(span), term.locate(span))
             };
             let dim = dim.map_err(|diagnostic| diagnostics.error(diagnostic))?;
             let id = match reduction.kind {
-                Reducing::Sum | Reducing::Mean => self.graph.intern(Node::Add(total.id, term.id)),
-                Reducing::Product => self.graph.intern(Node::Multiply(total.id, term.id)),
-                Reducing::Least | Reducing::Greatest => {
+                ReductionOperation::Sum | ReductionOperation::Mean => {
+                    self.graph.intern(Node::Add(total.id, term.id))
+                }
+                ReductionOperation::Product => self.graph.intern(Node::Multiply(total.id, term.id)),
+                ReductionOperation::Least | ReductionOperation::Greatest => {
                     self.graph.intern_call(IntrinsicId::named(word), &[total.id, term.id])
                 }
             };
-            total = Typed { id, dim };
+            total = TypedExpr { id, dim };
         }
-        if reduction.kind == Reducing::Mean {
+        if reduction.kind == ReductionOperation::Mean {
             let count = self.graph.constant(terms.len() as f64);
             total.id = self.graph.intern(Node::Divide(total.id, count));
         }
@@ -74,22 +82,24 @@ impl<'a> Lowering<'a> {
     fn terms(
         &mut self,
         reduction: &'a Reduction,
-        counters: &'a [Counter],
-        arguments: &Arguments<'a>,
-        terms: &mut Vec<Typed>,
+        counters: &'a [LoopCounter],
+        arguments: &OpenArguments<'a>,
+        terms: &mut Vec<TypedExpr>,
         diagnostics: &mut Diagnostics,
-    ) -> Result<(), Reported> {
-        let Some((Counter { index, range }, inner)) = counters.split_first() else {
+    ) -> Result<(), ErrorReported> {
+        let Some((LoopCounter { index, range }, inner)) = counters.split_first() else {
             self.terms += 1;
             if self.terms > MOST_TERMS {
-                if let Some(said) = diagnostics.said(Code::E230, reduction.body.span) {
+                if let Some(said) =
+                    diagnostics.said(Code::NotAKnownWholeNumber, reduction.body.span)
+                {
                     return Err(said);
                 }
                 let word = reduction.kind.word();
                 let with = if self.terms > terms.len() + 1 { ", with those around it" } else { "" };
                 let message = format!("this `{word}` has more than {MOST_TERMS} terms{with}");
                 return Err(diagnostics.error(
-                    Diagnostic::new(Code::E230, reduction.body.span, message).help(
+                    Diagnostic::new(Code::NotAKnownWholeNumber, reduction.body.span, message).help(
                         "add up in a loop: `equation add[i]: total[i] = total[i-1] + …`, of an array \
                          of `unknown`s",
                     ),
@@ -100,7 +110,7 @@ impl<'a> Lowering<'a> {
             return Ok(());
         };
         self.verify_free(index, arguments, diagnostics)?;
-        let Extent { lower, count } =
+        let IndexExtent { lower, count } =
             extent_within(range, &self.scope.sizes, &self.indices, diagnostics)?;
         let open = self.indices.len();
         for passage in 0..i64::from(count) {

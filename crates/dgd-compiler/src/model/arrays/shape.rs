@@ -2,22 +2,22 @@
 
 use std::fmt::Write as _;
 
-use super::whole::Extent;
-use crate::diagnostics::{Code, Diagnostic, Diagnostics, Reported};
+use super::whole::IndexExtent;
+use crate::diagnostics::{Code, Diagnostic, Diagnostics, ErrorReported};
 use crate::syntax::ast::{Expr, ExprKind};
 
 /// The ranges of the indices of an array, the first outermost.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub(in crate::model) struct Shape {
-    axes: Vec<Extent>,
+pub(in crate::model) struct ArrayShape {
+    axes: Vec<IndexExtent>,
 }
 
-impl Shape {
-    pub(in crate::model) fn new(axes: Vec<Extent>) -> Self {
-        Shape { axes }
+impl ArrayShape {
+    pub(in crate::model) fn new(axes: Vec<IndexExtent>) -> Self {
+        ArrayShape { axes }
     }
 
-    pub(in crate::model) fn axes(&self) -> &[Extent] {
+    pub(in crate::model) fn axes(&self) -> &[IndexExtent] {
         &self.axes
     }
 
@@ -32,7 +32,7 @@ impl Shape {
     }
 
     /// The last axis, along which elements are consecutive: a row.
-    pub(in crate::model) fn row(&self) -> Extent {
+    pub(in crate::model) fn row(&self) -> IndexExtent {
         *self.axes.last().unwrap_or_else(|| unreachable!("an array has an axis"))
     }
 
@@ -44,7 +44,7 @@ impl Shape {
     /// The indices of the element at a position.
     pub(in crate::model) fn indices(&self, position: u32) -> Vec<i64> {
         let digit = |axis: usize| {
-            let Extent { lower, count } = self.axes[axis];
+            let IndexExtent { lower, count } = self.axes[axis];
             lower + i64::from(position) / self.stride(axis) % i64::from(count.max(1))
         };
         (0..self.axes.len()).map(digit).collect()
@@ -74,7 +74,7 @@ impl Shape {
         name: &str,
         values: &Expr,
         diagnostics: &mut Diagnostics,
-    ) -> Result<(), Reported> {
+    ) -> Result<(), ErrorReported> {
         self.verify_from(0, name, values, diagnostics)
     }
 
@@ -84,12 +84,12 @@ impl Shape {
         name: &str,
         values: &Expr,
         diagnostics: &mut Diagnostics,
-    ) -> Result<(), Reported> {
+    ) -> Result<(), ErrorReported> {
         let ExprKind::List(all) = &values.kind else { return Ok(()) };
-        let Some(Extent { lower, count }) = self.axes.get(axis) else {
+        let Some(IndexExtent { lower, count }) = self.axes.get(axis) else {
             let message = format!("one value of `{name}` is a list itself");
             return Err(diagnostics.error(
-                Diagnostic::new(Code::E233, values.span, message)
+                Diagnostic::new(Code::ValueCount, values.span, message)
                     .help("write one value for each element"),
             ));
         };
@@ -107,7 +107,7 @@ impl Shape {
                 ),
             };
             return Err(diagnostics.error(
-                Diagnostic::new(Code::E233, values.span, message)
+                Diagnostic::new(Code::ValueCount, values.span, message)
                     .help(format!("write {count} values, or one for all without a comma")),
             ));
         }
@@ -142,8 +142,8 @@ mod tests {
 
     #[test]
     fn positions_and_indices_are_inverse() {
-        let axis = |lower, count| Extent { lower, count };
-        let shape = Shape::new(vec![axis(0, 2), axis(1, 3), axis(-1, 2)]);
+        let axis = |lower, count| IndexExtent { lower, count };
+        let shape = ArrayShape::new(vec![axis(0, 2), axis(1, 3), axis(-1, 2)]);
         assert_eq!((shape.count(), shape.rows(), shape.stride(0)), (Some(12), 6, 6));
         for position in 0..12 {
             assert_eq!(shape.position(&shape.indices(position)), Some(position));

@@ -1,27 +1,27 @@
 //! Equations of loops: one for all indices if they move by one, otherwise one for each.
 
-use super::shape::{Shape, brackets};
-use super::whole::{Extent, LoopIndex};
-use crate::diagnostics::{Diagnostics, Reported};
-use crate::model::expression::Typed;
-use crate::model::resolve::Resolver;
+use super::shape::{ArrayShape, brackets};
+use super::whole::{IndexExtent, LoopIndex};
+use crate::diagnostics::{Diagnostics, ErrorReported};
+use crate::model::expression::TypedExpr;
+use crate::model::resolve::ModelResolver;
 use crate::model::{Equation, Family};
-use crate::syntax::ast::{Counter, Item, ItemKind};
+use crate::syntax::ast::{Item, ItemKind, LoopCounter};
 
-impl<'a> Resolver<'a> {
+impl<'a> ModelResolver<'a> {
     /// The equations of a loop.
     pub(in crate::model) fn loop_(
         &mut self,
-        counters: &'a [Counter],
+        counters: &'a [LoopCounter],
         items: &'a [Item],
         diagnostics: &mut Diagnostics,
-    ) -> Result<(), Reported> {
+    ) -> Result<(), ErrorReported> {
         let shape = self.lowering.scope.loops[self.next_loop].clone();
         self.next_loop += 1;
         let shape = shape?;
         for item in items {
             // Each item reports its own errors; the next is independent of them.
-            let _: Result<(), Reported> = match &item.kind {
+            let _: Result<(), ErrorReported> = match &item.kind {
                 ItemKind::Equation { .. } => self.swept(counters, item, &shape, diagnostics),
                 ItemKind::Let { .. } => Ok(()),
                 _ => self.each(counters, item, &shape, diagnostics),
@@ -34,11 +34,11 @@ impl<'a> Resolver<'a> {
     /// An equation of a loop, as families along one of its indices if it moves by one.
     fn swept(
         &mut self,
-        counters: &'a [Counter],
+        counters: &'a [LoopCounter],
         item: &'a Item,
-        shape: &Shape,
+        shape: &ArrayShape,
         diagnostics: &mut Diagnostics,
-    ) -> Result<(), Reported> {
+    ) -> Result<(), ErrorReported> {
         if shape.count() == Some(0) {
             // Only checked for errors; nothing is read.
             self.lowering.indices = open(counters, shape, 0, false);
@@ -62,7 +62,7 @@ impl<'a> Resolver<'a> {
         &mut self,
         item: &'a Item,
         diagnostics: &mut Diagnostics,
-    ) -> Result<Option<Equation>, Reported> {
+    ) -> Result<Option<Equation>, ErrorReported> {
         let ItemKind::Equation { label, left, right, attributes } = &item.kind else {
             unreachable!("asked before");
         };
@@ -78,13 +78,13 @@ impl<'a> Resolver<'a> {
     /// A family along the last index for each value of the others.
     fn families(
         &mut self,
-        counters: &'a [Counter],
+        counters: &'a [LoopCounter],
         item: &'a Item,
-        shape: &Shape,
+        shape: &ArrayShape,
         diagnostics: &mut Diagnostics,
-    ) -> Result<(), Reported> {
-        let Extent { lower, count } = shape.row();
-        let Some(Counter { index, .. }) = counters.last() else { return Ok(()) };
+    ) -> Result<(), ErrorReported> {
+        let IndexExtent { lower, count } = shape.row();
+        let Some(LoopCounter { index, .. }) = counters.last() else { return Ok(()) };
         for row in 0..shape.rows() {
             self.lowering.indices = open(counters, shape, row * count, true);
             let Some(mut equation) = self.one(item, diagnostics)? else {
@@ -112,7 +112,7 @@ impl<'a> Resolver<'a> {
             }
             // Only the errors matter, not the result.
             let span = array.value.span;
-            let _: Result<Typed, Reported> =
+            let _: Result<TypedExpr, ErrorReported> =
                 self.lowering.open_let(&array, indices, span, diagnostics);
         }
     }
@@ -120,14 +120,14 @@ impl<'a> Resolver<'a> {
 
 /// The indices of a loop at one of its passages; the last may move from there on.
 pub(super) fn open<'a>(
-    counters: &'a [Counter],
-    shape: &Shape,
+    counters: &'a [LoopCounter],
+    shape: &ArrayShape,
     offset: u32,
     moves: bool,
 ) -> Vec<LoopIndex<'a>> {
     let values = shape.indices(offset);
     let last = counters.len() - 1;
-    let index = |(k, Counter { index, .. }): (usize, &'a Counter)| {
+    let index = |(k, LoopCounter { index, .. }): (usize, &'a LoopCounter)| {
         let count = if moves && k == last { shape.row().count } else { 1 };
         LoopIndex { name: &index.text, first: values[k], count }
     };

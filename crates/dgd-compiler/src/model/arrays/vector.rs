@@ -3,25 +3,25 @@
 
 use super::open_axes;
 use super::place::ArrayPlace;
-use crate::diagnostics::{Diagnostics, Reported};
+use crate::diagnostics::{Diagnostics, ErrorReported};
 use crate::expr::curve::CurveId;
-use crate::expr::{ExprId, Graph, Node};
-use crate::model::resolve::{Reading, Resolver};
-use crate::model::{Constant, Declared, Input, Interpolation, Parameter};
-use crate::syntax::ast::{ArrayKind, Attribute, AttributeKind, Axis, Expr, Item, Name};
+use crate::expr::{ExprGraph, ExprId, Node};
+use crate::model::resolve::{ModelResolver, NumberReading};
+use crate::model::{Constant, DeclarationHeader, Input, Interpolation, Parameter};
+use crate::syntax::ast::{ArrayAxis, ArrayKind, Attribute, AttributeKind, Expr, Item, Name};
 
 /// An array whose elements have values before a run, or from data.
 #[derive(Debug, Clone)]
 pub(in crate::model) struct Vector<'a> {
     pub(in crate::model) kind: ArrayKind,
     pub(in crate::model) name: &'a Name,
-    pub(in crate::model) axes: &'a [Axis],
+    pub(in crate::model) axes: &'a [ArrayAxis],
     pub(in crate::model) value: Option<&'a Expr>,
     /// The position of its elements among those of its kind, filled in once sizes are known.
-    pub(in crate::model) place: Result<ArrayPlace<'a>, Reported>,
+    pub(in crate::model) place: Result<ArrayPlace<'a>, ErrorReported>,
 }
 
-impl<'a> Resolver<'a> {
+impl<'a> ModelResolver<'a> {
     /// The name, unit and expression of each element, one after another.
     fn each_element<T>(
         &mut self,
@@ -30,11 +30,11 @@ impl<'a> Resolver<'a> {
         diagnostics: &mut Diagnostics,
         mut make: impl FnMut(
             &mut Self,
-            Declared,
+            DeclarationHeader,
             Option<&'a Expr>,
             &mut Diagnostics,
-        ) -> Result<T, Reported>,
-    ) -> Result<Vec<T>, Reported> {
+        ) -> Result<T, ErrorReported>,
+    ) -> Result<Vec<T>, ErrorReported> {
         let Vector { name, axes, value, place, .. } = self.lowering.scope.vectors[vector].clone();
         let place = place?;
         let declared = self.declared(item, name)?;
@@ -48,7 +48,7 @@ impl<'a> Resolver<'a> {
             let set = self.settings.get(element_name.as_str()).copied();
             let value = set.or(value.map(|value| place.shape.value_at(value, offset)));
             self.lowering.indices = open_axes(axes, &place.shape.indices(offset));
-            let declared = Declared { name: element_name, ..declared.clone() };
+            let declared = DeclarationHeader { name: element_name, ..declared.clone() };
             let made = make(self, declared, value, diagnostics);
             self.lowering.indices.clear();
             // The next would fail in the same way.
@@ -62,10 +62,11 @@ impl<'a> Resolver<'a> {
         item: &Item,
         vector: usize,
         diagnostics: &mut Diagnostics,
-    ) -> Result<Vec<Constant>, Reported> {
+    ) -> Result<Vec<Constant>, ErrorReported> {
         self.each_element(item, vector, diagnostics, |this, declared, value, diagnostics| {
             let value = value.unwrap_or_else(|| unreachable!("the parser asks for a value"));
-            let value = this.lowering.known(value, &declared.unit, Reading::Value, diagnostics)?;
+            let value =
+                this.lowering.known(value, &declared.unit, NumberReading::Value, diagnostics)?;
             Ok(Constant { declared, value })
         })
     }
@@ -76,7 +77,7 @@ impl<'a> Resolver<'a> {
         vector: usize,
         attributes: &'a [Attribute],
         diagnostics: &mut Diagnostics,
-    ) -> Result<Vec<Parameter>, Reported> {
+    ) -> Result<Vec<Parameter>, ErrorReported> {
         self.each_element(item, vector, diagnostics, |this, declared, value, diagnostics| {
             let value = value.unwrap_or_else(|| unreachable!("the parser asks for a value"));
             this.parameter(declared, value, attributes, diagnostics)
@@ -89,7 +90,7 @@ impl<'a> Resolver<'a> {
         vector: usize,
         attributes: &[Attribute],
         diagnostics: &mut Diagnostics,
-    ) -> Result<Vec<Input>, Reported> {
+    ) -> Result<Vec<Input>, ErrorReported> {
         let linear = attributes.iter().any(|a| a.kind == AttributeKind::Linear);
         let interpolation = if linear { Interpolation::Linear } else { Interpolation::Hold };
         self.each_element(item, vector, diagnostics, |_, declared, _, _| {
@@ -99,7 +100,7 @@ impl<'a> Resolver<'a> {
 }
 
 /// Looks numbers up by a whole number, the first at 0.
-pub(super) fn numbers_at(graph: &mut Graph, name: &str, numbers: &[f64], at: ExprId) -> ExprId {
+pub(super) fn numbers_at(graph: &mut ExprGraph, name: &str, numbers: &[f64], at: ExprId) -> ExprId {
     let (first, others) = match numbers {
         [] => return graph.constant(0.0),
         [first, others @ ..] => (*first, others),

@@ -2,10 +2,10 @@
 
 use std::collections::BTreeMap;
 
-use crate::diagnostics::{Code, Diagnostic, Diagnostics, Reported};
+use crate::diagnostics::{Code, Diagnostic, Diagnostics, ErrorReported};
 use crate::model::define::names_in;
 use crate::source::Span;
-use crate::syntax::ast::{Expr, ExprKind, Factor, Item, ItemKind, Name, Range, Sign};
+use crate::syntax::ast::{Expr, ExprKind, FactorSide, Item, ItemKind, Name, NumberRange, Sign};
 
 /// Sizes and indices stay below this, so that they are exact as numbers and fit into memory.
 const LARGEST: i64 = 10_000_000;
@@ -38,24 +38,24 @@ pub(in crate::model) struct AffineInteger {
 
 /// First index and number of elements.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(in crate::model) struct Extent {
+pub(in crate::model) struct IndexExtent {
     pub(in crate::model) lower: i64,
     pub(in crate::model) count: u32,
 }
 
 /// Sizes by name; an error proves that a failed one was reported.
-pub(in crate::model) type Sizes<'a> = BTreeMap<&'a str, Result<i64, Reported>>;
+pub(in crate::model) type NamedSizes<'a> = BTreeMap<&'a str, Result<i64, ErrorReported>>;
 
 /// The value of an expression of sizes and the loop's index.
 pub(in crate::model) fn whole(
     expr: &Expr,
-    sizes: &Sizes<'_>,
+    sizes: &NamedSizes<'_>,
     indices: &[LoopIndex<'_>],
     diagnostics: &mut Diagnostics,
-) -> Result<AffineInteger, Reported> {
+) -> Result<AffineInteger, ErrorReported> {
     let refuse = |diagnostics: &mut Diagnostics, what: String| {
         Err(diagnostics.error(
-            Diagnostic::new(Code::E230, expr.span, what)
+            Diagnostic::new(Code::NotAKnownWholeNumber, expr.span, what)
                 .help("use whole numbers, sizes and the loop's index, as in `N + 1` or `i - 1`"),
         ))
     };
@@ -101,8 +101,8 @@ pub(in crate::model) fn whole(
             for (factor, operand) in factors {
                 let operand = whole(operand, sizes, indices, diagnostics)?;
                 product = product.and_then(|product| match factor {
-                    Factor::Times => product.times(operand),
-                    Factor::Over => product.over(operand),
+                    FactorSide::Times => product.times(operand),
+                    FactorSide::Over => product.divide(operand),
                 });
             }
             product
@@ -134,7 +134,7 @@ impl AffineInteger {
             .map(|(at, slope)| AffineInteger { at, slope })
     }
 
-    fn over(self, other: AffineInteger) -> Option<AffineInteger> {
+    fn divide(self, other: AffineInteger) -> Option<AffineInteger> {
         let exact = other.slope == 0
             && other.at != 0
             && self.at % other.at == 0
@@ -145,11 +145,11 @@ impl AffineInteger {
 
 /// The indices of a range whose ends may read open indices that do not move.
 pub(in crate::model) fn extent_within(
-    range: &Range,
-    sizes: &Sizes<'_>,
+    range: &NumberRange,
+    sizes: &NamedSizes<'_>,
     indices: &[LoopIndex<'_>],
     diagnostics: &mut Diagnostics,
-) -> Result<Extent, Reported> {
+) -> Result<IndexExtent, ErrorReported> {
     let lower = whole(&range.lower, sizes, indices, diagnostics);
     let upper = whole(&range.upper, sizes, indices, diagnostics);
     let (lower, upper) = (lower?, upper?);
@@ -157,7 +157,7 @@ pub(in crate::model) fn extent_within(
         if end.slope != 0 {
             let message = "the end of this range moves with the loop";
             return Err(diagnostics.error(
-                Diagnostic::new(Code::E230, expr.span, message)
+                Diagnostic::new(Code::NotAKnownWholeNumber, expr.span, message)
                     .help("let it be the same for all indices, or write the loop out"),
             ));
         }
@@ -167,10 +167,10 @@ pub(in crate::model) fn extent_within(
 
 /// The indices of a range of whole numbers; empty if it ends just before it begins.
 pub(in crate::model) fn extent(
-    range: &Range,
-    sizes: &Sizes<'_>,
+    range: &NumberRange,
+    sizes: &NamedSizes<'_>,
     diagnostics: &mut Diagnostics,
-) -> Result<Extent, Reported> {
+) -> Result<IndexExtent, ErrorReported> {
     extent_within(range, sizes, &[], diagnostics)
 }
 
@@ -179,12 +179,16 @@ fn between(
     upper: i64,
     span: Span,
     diagnostics: &mut Diagnostics,
-) -> Result<Extent, Reported> {
+) -> Result<IndexExtent, ErrorReported> {
     match u32::try_from(upper - lower + 1) {
-        Ok(count) => Ok(Extent { lower, count }),
+        Ok(count) => Ok(IndexExtent { lower, count }),
         Err(_) => Err(diagnostics.error(
-            Diagnostic::new(Code::E230, span, format!("no index runs from {lower} to {upper}"))
-                .help("write the smaller end first"),
+            Diagnostic::new(
+                Code::NotAKnownWholeNumber,
+                span,
+                format!("no index runs from {lower} to {upper}"),
+            )
+            .help("write the smaller end first"),
         )),
     }
 }
@@ -194,7 +198,7 @@ pub(in crate::model) fn sizes_of<'a>(
     items: &[&'a Item],
     settings: &BTreeMap<&str, &'a Expr>,
     diagnostics: &mut Diagnostics,
-) -> Sizes<'a> {
+) -> NamedSizes<'a> {
     let mut open: Vec<(&'a Name, &'a Expr)> = Vec::new();
     for item in items {
         if let ItemKind::Size { name, value } = &item.kind {
@@ -213,7 +217,7 @@ pub(in crate::model) fn sizes_of<'a>(
             missing[user] += 1;
         }
     }
-    let mut sizes = Sizes::new();
+    let mut sizes = NamedSizes::new();
     let mut ready: Vec<usize> = (0..open.len()).filter(|i| missing[*i] == 0).collect();
     while let Some(i) = ready.pop() {
         let (name, value) = open[i];
@@ -222,7 +226,7 @@ pub(in crate::model) fn sizes_of<'a>(
                 return Ok(size.at);
             }
             let message = format!("the size `{}` comes to {}", name.text, size.at);
-            Err(diagnostics.error(Diagnostic::new(Code::E230, value.span, message)))
+            Err(diagnostics.error(Diagnostic::new(Code::NotAKnownWholeNumber, value.span, message)))
         });
         sizes.insert(&name.text, size);
         for user in std::mem::take(&mut users[i]) {
@@ -240,7 +244,9 @@ pub(in crate::model) fn sizes_of<'a>(
     sizes
 }
 
-fn depends_on_itself(name: &Name, value: Span, diagnostics: &mut Diagnostics) -> Reported {
+fn depends_on_itself(name: &Name, value: Span, diagnostics: &mut Diagnostics) -> ErrorReported {
     let message = format!("the size `{}` depends on itself", name.text);
-    diagnostics.error(Diagnostic::new(Code::E206, name.span, message).label(value, "through this"))
+    diagnostics.error(
+        Diagnostic::new(Code::CircularDefinition, name.span, message).label(value, "through this"),
+    )
 }

@@ -1,10 +1,10 @@
 //! Units after the value that belong after the name, and derivatives that look like quotients.
 
-use crate::diagnostics::{Code, Diagnostic, Diagnostics, Edit, Fix, Reported};
-use crate::model::define::{Definition, Scope};
+use crate::diagnostics::{Code, Diagnostic, Diagnostics, ErrorReported, Fix, FixEdit};
+use crate::model::define::{ModelScope, NameDefinition};
 use crate::model::expression::unit_of;
 use crate::source::Span;
-use crate::syntax::ast::{Expr, ExprKind, Factor, Name, Unit as WrittenUnit};
+use crate::syntax::ast::{Expr, ExprKind, FactorSide, Name, WrittenUnit};
 use crate::units::Unit;
 
 /// The unit of a declaration.
@@ -20,7 +20,7 @@ pub(in crate::model) fn unit_of_declaration(
     unit: Option<&WrittenUnit>,
     value: Option<&Expr>,
     diagnostics: &mut Diagnostics,
-) -> Result<Unit, Reported> {
+) -> Result<Unit, ErrorReported> {
     let declared = unit_of(unit, diagnostics)?;
     let Some((value, behind)) = value.and_then(in_unit) else { return Ok(declared) };
     // An invalid unit is reported with the value.
@@ -30,10 +30,11 @@ pub(in crate::model) fn unit_of_declaration(
     }
     let Some(unit) = unit else {
         let message = format!("the unit of `{}` belongs behind its name", name.text);
-        let moved = Edit::behind(name.span, format!(" [{}]", behind.text));
-        let gone = Edit::replace(Span { start: value, ..behind.span }, "");
+        let moved = FixEdit::insert_after(name.span, format!(" [{}]", behind.text));
+        let gone = FixEdit::replace(Span { start: value, ..behind.span }, "");
         diagnostics.error(
-            Diagnostic::new(Code::E302, behind.span, message).fix(Fix::safe(vec![moved, gone])),
+            Diagnostic::new(Code::UnitsOfSides, behind.span, message)
+                .fix(Fix::safe(vec![moved, gone])),
         );
         return Ok(own);
     };
@@ -41,7 +42,7 @@ pub(in crate::model) fn unit_of_declaration(
         "`{}` is declared in `{}`, but its value is in `{}`",
         name.text, declared.symbol, own.symbol
     );
-    let mistake = Diagnostic::new(Code::E302, behind.span, message);
+    let mistake = Diagnostic::new(Code::UnitsOfSides, behind.span, message);
     Err(diagnostics.error(mistake.label(unit.span, "declared so")))
 }
 
@@ -58,12 +59,12 @@ fn in_unit(value: &Expr) -> Option<(u32, &WrittenUnit)> {
 
 /// `dx/dt` or `d(x)/dt` of an unknown, in the middle of a product, if neither `dx` nor `dt` is defined.
 pub(in crate::model) fn quotient_for_derivative(
-    factors: &[(Factor, Expr)],
-    scope: &Scope<'_>,
+    factors: &[(FactorSide, Expr)],
+    scope: &ModelScope<'_>,
     is_known: &dyn Fn(&str) -> bool,
 ) -> Option<Diagnostic> {
     factors.array_windows().find_map(|[(factor, above), (over, below)]| {
-        let is_quotient = *factor == Factor::Times && *over == Factor::Over;
+        let is_quotient = *factor == FactorSide::Times && *over == FactorSide::Over;
         if !is_quotient || below.kind != ExprKind::Name("dt".to_owned()) || is_known("dt") {
             return None;
         }
@@ -80,12 +81,12 @@ pub(in crate::model) fn quotient_for_derivative(
         let is_unknown = scope
             .names
             .get(numerator)
-            .is_some_and(|entry| matches!(entry.definition, Definition::Unknown { .. }));
-        let span = above.span.to(below.span);
+            .is_some_and(|entry| matches!(entry.definition, NameDefinition::Unknown { .. }));
+        let span = above.span.join(below.span);
         is_unknown.then(|| {
             let message = format!("a derivative is written `der({numerator})`");
-            let fix = Fix::safe(vec![Edit::replace(span, format!("der({numerator})"))]);
-            Diagnostic::new(Code::E201, span, message).fix(fix)
+            let fix = Fix::safe(vec![FixEdit::replace(span, format!("der({numerator})"))]);
+            Diagnostic::new(Code::UnknownName, span, message).fix(fix)
         })
     })
 }

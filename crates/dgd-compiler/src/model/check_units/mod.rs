@@ -13,28 +13,28 @@ pub(super) use misplaced::{quotient_for_derivative, unit_of_declaration};
 
 /// The dimension of an expression.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
-pub(super) enum Dim {
+pub(super) enum ExprDimension {
     /// A literal zero, which has every dimension.
     Zero,
     /// This one.
     Of(Dimension),
 }
 
-impl Dim {
-    pub(super) const ONE: Dim = Dim::Of(Dimension::ONE);
+impl ExprDimension {
+    pub(super) const ONE: ExprDimension = ExprDimension::Of(Dimension::ONE);
 
     /// As a dimension; a zero counts as a plain number.
     pub(super) fn dimension(self) -> Dimension {
         match self {
-            Dim::Zero => Dimension::ONE,
-            Dim::Of(dimension) => dimension,
+            ExprDimension::Zero => Dimension::ONE,
+            ExprDimension::Of(dimension) => dimension,
         }
     }
 
     /// The common dimension of two, if they agree.
-    pub(super) fn with(self, other: Dim) -> Option<Dim> {
+    pub(super) fn unify(self, other: ExprDimension) -> Option<ExprDimension> {
         match (self, other) {
-            (Dim::Zero, any) | (any, Dim::Zero) => Some(any),
+            (ExprDimension::Zero, any) | (any, ExprDimension::Zero) => Some(any),
             (a, b) => (a == b).then_some(a),
         }
     }
@@ -42,16 +42,16 @@ impl Dim {
 
 /// The dimension of an expression, with the expression's place.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Located {
-    pub(super) dim: Dim,
+pub(super) struct LocatedDimension {
+    pub(super) dim: ExprDimension,
     pub(super) span: Span,
 }
 
 /// The model's spelling of its units: a torque declared in N*m is not reported in J.
 #[derive(Debug, Clone, Default)]
-pub(super) struct Spelling(BTreeMap<Dimension, String>);
+pub(super) struct UnitSpelling(BTreeMap<Dimension, String>);
 
-impl Spelling {
+impl UnitSpelling {
     /// Records the unit of a declaration; the first of each dimension is used if it is coherent.
     pub(super) fn learn(&mut self, unit: &Unit) {
         if unit.factor == 1.0 && unit.offset == 0.0 && unit.datum.is_none() {
@@ -90,13 +90,13 @@ impl Spelling {
     pub(super) fn same(
         &self,
         doing: &str,
-        one: Located,
-        other: Located,
-    ) -> Result<Dim, Diagnostic> {
-        one.dim.with(other.dim).ok_or_else(|| {
+        one: LocatedDimension,
+        other: LocatedDimension,
+    ) -> Result<ExprDimension, Diagnostic> {
+        one.dim.unify(other.dim).ok_or_else(|| {
             let (a, b) = (one.dim.dimension(), other.dim.dimension());
             let message = format!("cannot {doing} {} and {}", self.named(a), self.named(b));
-            Diagnostic::new(Code::E301, other.span, message)
+            Diagnostic::new(Code::IncompatibleUnits, other.span, message)
                 .here(self.this_is(b))
                 .label(one.span, self.this_is(a))
                 .maybe_help(which_is_meant(a, b))
@@ -104,44 +104,49 @@ impl Spelling {
     }
 
     /// A product or quotient.
-    pub(super) fn product(a: Dim, b: Dim, over: bool, span: Span) -> Result<Dim, Diagnostic> {
+    pub(super) fn product(
+        a: ExprDimension,
+        b: ExprDimension,
+        over: bool,
+        span: Span,
+    ) -> Result<ExprDimension, Diagnostic> {
         let (a, b) = match (a, b) {
-            (Dim::Zero, _) => return Ok(Dim::Zero),
-            (_, Dim::Zero) if !over => return Ok(Dim::Zero),
-            (Dim::Of(a), b) => (a, b.dimension()),
+            (ExprDimension::Zero, _) => return Ok(ExprDimension::Zero),
+            (_, ExprDimension::Zero) if !over => return Ok(ExprDimension::Zero),
+            (ExprDimension::Of(a), b) => (a, b.dimension()),
         };
-        let result = if over { a.over(b) } else { a.times(b) };
-        result.map(Dim::Of).ok_or_else(|| too_large(span))
+        let result = if over { a.divide(b) } else { a.times(b) };
+        result.map(ExprDimension::Of).ok_or_else(|| too_large(span))
     }
 
     /// A power, if its exponent is a constant number.
     pub(super) fn power(
         &self,
-        base: Located,
-        exponent: Located,
+        base: LocatedDimension,
+        exponent: LocatedDimension,
         value: Option<f64>,
         span: Span,
-    ) -> Result<Dim, Diagnostic> {
-        let Located { dim: base, span: base_span } = base;
-        let Located { dim: exponent, span: exponent_span } = exponent;
+    ) -> Result<ExprDimension, Diagnostic> {
+        let LocatedDimension { dim: base, span: base_span } = base;
+        let LocatedDimension { dim: exponent, span: exponent_span } = exponent;
         if exponent.dimension() != Dimension::ONE {
             return Err(Diagnostic::new(
-                Code::E303,
+                Code::PowerWithUnit,
                 exponent_span,
                 "an exponent must be a plain number",
             )
             .here(self.this_is(exponent.dimension())));
         }
-        if base == Dim::Zero && value.is_some_and(|value| value > 0.0) {
-            return Ok(Dim::Zero);
+        if base == ExprDimension::Zero && value.is_some_and(|value| value > 0.0) {
+            return Ok(ExprDimension::Zero);
         }
         let base = base.dimension();
         if base == Dimension::ONE {
-            return Ok(Dim::ONE);
+            return Ok(ExprDimension::ONE);
         }
         let Some(value) = value else {
             return Err(Diagnostic::new(
-                Code::E303,
+                Code::PowerWithUnit,
                 base_span,
                 format!("{} to a power that is not a number has no unit", self.named(base)),
             )
@@ -151,14 +156,14 @@ impl Spelling {
         };
         let fraction = Exponent::from_f64(value).ok_or_else(|| {
             Diagnostic::new(
-                Code::E303,
+                Code::PowerWithUnit,
                 exponent_span,
                 format!("{} to the power {value} has no unit", self.named(base)),
             )
             .label(base_span, self.this_is(base))
             .help("divide the base by a reference value, so that it becomes a plain number")
         })?;
-        base.power(fraction).map(Dim::Of).ok_or_else(|| too_large(span))
+        base.power(fraction).map(ExprDimension::Of).ok_or_else(|| too_large(span))
     }
 
     /// A call of a built-in function.
@@ -166,16 +171,16 @@ impl Spelling {
         &self,
         name: &str,
         rule: UnitRule,
-        arguments: &[Located],
+        arguments: &[LocatedDimension],
         span: Span,
-    ) -> Result<Dim, Diagnostic> {
+    ) -> Result<ExprDimension, Diagnostic> {
         match rule {
-            UnitRule::Any => Ok(Dim::ONE),
+            UnitRule::Any => Ok(ExprDimension::ONE),
             UnitRule::Dimensionless => {
-                for Located { dim, span } in arguments {
+                for LocatedDimension { dim, span } in arguments {
                     if dim.dimension() != Dimension::ONE {
                         return Err(Diagnostic::new(
-                            Code::E304,
+                            Code::ArgumentWithUnit,
                             *span,
                             format!(
                                 "`{name}` needs a plain number, not {}",
@@ -185,22 +190,22 @@ impl Spelling {
                         .here(self.this_is(dim.dimension())));
                     }
                 }
-                Ok(Dim::ONE)
+                Ok(ExprDimension::ONE)
             }
             UnitRule::Root => {
-                if arguments[0].dim == Dim::Zero {
-                    return Ok(Dim::Zero);
+                if arguments[0].dim == ExprDimension::Zero {
+                    return Ok(ExprDimension::Zero);
                 }
                 let half = Exponent::new(1, 2).unwrap_or(Exponent::ZERO);
                 let root = arguments[0].dim.dimension().power(half);
-                root.map(Dim::Of).ok_or_else(|| too_large(span))
+                root.map(ExprDimension::Of).ok_or_else(|| too_large(span))
             }
             UnitRule::Same | UnitRule::Ratio => {
                 let mut common = arguments[0];
                 for argument in &arguments[1..] {
                     common.dim = self.same("compare", common, *argument)?;
                 }
-                Ok(if rule == UnitRule::Same { common.dim } else { Dim::ONE })
+                Ok(if rule == UnitRule::Same { common.dim } else { ExprDimension::ONE })
             }
             UnitRule::Power => unreachable!("`^` is no call"),
         }
@@ -208,5 +213,5 @@ impl Spelling {
 }
 
 fn too_large(span: Span) -> Diagnostic {
-    Diagnostic::new(Code::E303, span, "the exponents of this unit are too large")
+    Diagnostic::new(Code::PowerWithUnit, span, "the exponents of this unit are too large")
 }

@@ -1,14 +1,14 @@
 //! `prior`: the density of a parameter before a fit.
 
-use crate::diagnostics::{Code, Diagnostic, Diagnostics, Reported};
+use crate::diagnostics::{Code, Diagnostic, Diagnostics, ErrorReported};
 use crate::expr::display::number;
-use crate::model::resolve::{Reading, Resolver};
+use crate::model::resolve::{ModelResolver, NumberReading};
 use crate::model::{Parameter, PriorDensity};
 use crate::source::Span;
 use crate::syntax::ast::{Expr, PriorLaw};
 use crate::units::Unit;
 
-impl<'a> Resolver<'a> {
+impl<'a> ModelResolver<'a> {
     /// Its density; locations and scales are in the unit of the parameter.
     pub(in crate::model) fn prior(
         &mut self,
@@ -16,11 +16,11 @@ impl<'a> Resolver<'a> {
         [first, second]: [&'a Expr; 2],
         unit: &Unit,
         diagnostics: &mut Diagnostics,
-    ) -> Result<PriorDensity, Reported> {
+    ) -> Result<PriorDensity, ErrorReported> {
         let what = |k: usize| format!("{} of a prior", law.numbers()[k]);
         Ok(match law {
             PriorLaw::Normal => {
-                let mean = self.lowering.known(first, unit, Reading::Value, diagnostics)?;
+                let mean = self.lowering.known(first, unit, NumberReading::Value, diagnostics)?;
                 let std = self.lowering.positive(second, unit, &what(1), diagnostics)?;
                 PriorDensity::Normal { mean, std }
             }
@@ -31,21 +31,21 @@ impl<'a> Resolver<'a> {
                 PriorDensity::LogNormal { median: median?, sigma }
             }
             PriorLaw::Uniform => {
-                let lower = self.lowering.known(first, unit, Reading::Value, diagnostics);
-                let upper = self.lowering.known(second, unit, Reading::Value, diagnostics)?;
+                let lower = self.lowering.known(first, unit, NumberReading::Value, diagnostics);
+                let upper = self.lowering.known(second, unit, NumberReading::Value, diagnostics)?;
                 let lower = lower?;
                 if lower >= upper {
                     let message = "the ends of this prior leave nothing between them";
                     let span = Span { end: second.span.end, ..first.span };
                     return Err(diagnostics.error(
-                        Diagnostic::new(Code::E502, span, message)
+                        Diagnostic::new(Code::ReversedBounds, span, message)
                             .help("write the smaller end first"),
                     ));
                 }
                 PriorDensity::Uniform { lower, upper }
             }
             PriorLaw::Laplace => {
-                let median = self.lowering.known(first, unit, Reading::Value, diagnostics)?;
+                let median = self.lowering.known(first, unit, NumberReading::Value, diagnostics)?;
                 let scale = self.lowering.positive(second, unit, &what(1), diagnostics)?;
                 PriorDensity::Laplace { median, scale }
             }
@@ -57,7 +57,7 @@ impl<'a> Resolver<'a> {
                 if shape < 1.0 {
                     let message = "below a shape of 1 this density is largest at zero, without end";
                     return Err(diagnostics.error(
-                        Diagnostic::new(Code::E502, first.span, message)
+                        Diagnostic::new(Code::ReversedBounds, first.span, message)
                             .help("write a shape of 1 or more"),
                     ));
                 }
@@ -73,7 +73,7 @@ fn verify_nothing_is_zero(
     unit: &Unit,
     span: Span,
     diagnostics: &mut Diagnostics,
-) -> Result<(), Reported> {
+) -> Result<(), ErrorReported> {
     if unit.offset == 0.0 {
         return Ok(());
     }
@@ -83,7 +83,7 @@ fn verify_nothing_is_zero(
         unit.symbol
     );
     let help = format!("declare the parameter in `{}`", unit.of_differences().symbol);
-    Err(diagnostics.error(Diagnostic::new(Code::E507, span, message).help(help)))
+    Err(diagnostics.error(Diagnostic::new(Code::NoiseRelativeToOffset, span, message).help(help)))
 }
 
 /// Narrows the bounds of a parameter to the support of its prior, and checks that its value lies there.
@@ -92,7 +92,7 @@ pub(in crate::model) fn within_support(
     value: Span,
     prior: Span,
     diagnostics: &mut Diagnostics,
-) -> Result<(), Reported> {
+) -> Result<(), ErrorReported> {
     let (lower, upper) = match parameter.prior {
         Some(PriorDensity::Uniform { lower, upper }) => (lower, upper),
         Some(PriorDensity::LogNormal { .. } | PriorDensity::Gamma { .. }) => (0.0, f64::INFINITY),
@@ -113,6 +113,7 @@ pub(in crate::model) fn within_support(
         unit.symbol
     );
     Err(diagnostics.error(
-        Diagnostic::new(Code::E501, value, message).label(prior, "the prior is declared here"),
+        Diagnostic::new(Code::ValueOutOfBounds, value, message)
+            .label(prior, "the prior is declared here"),
     ))
 }

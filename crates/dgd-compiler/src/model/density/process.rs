@@ -4,28 +4,33 @@
 //!   dx = f dt + r dβ      β: Brownian motion;  r in the unit of x over the root of a second
 //! ```
 
-use crate::diagnostics::{Code, Diagnostic, Diagnostics, Reported};
+use crate::diagnostics::{Code, Diagnostic, Diagnostics, ErrorReported};
 use crate::expr::{Node, Symbol};
 use crate::model::ProcessNoise;
-use crate::model::expression::Arguments;
-use crate::model::resolve::{Reading, Resolver};
+use crate::model::expression::OpenArguments;
+use crate::model::resolve::{ModelResolver, NumberReading};
 use crate::syntax::ast::Expr;
 use crate::units::{Unit, parse_unit};
 
-impl<'a> Resolver<'a> {
+impl<'a> ModelResolver<'a> {
     /// The process noise of a state in this unit: a number, or a parameter.
     pub(in crate::model) fn process_noise(
         &mut self,
         expr: &'a Expr,
         unit: &Unit,
         diagnostics: &mut Diagnostics,
-    ) -> Result<ProcessNoise, Reported> {
+    ) -> Result<ProcessNoise, ErrorReported> {
         let rate = rate_of(unit).map_err(|symbol| {
             let message = format!("the exponents of `{symbol}` are too large");
-            diagnostics.error(Diagnostic::new(Code::E302, expr.span, message))
+            diagnostics.error(Diagnostic::new(Code::UnitsOfSides, expr.span, message))
         })?;
-        let typed =
-            self.lowering.in_unit(expr, &rate, Reading::Size, &Arguments::new(), diagnostics)?;
+        let typed = self.lowering.in_unit(
+            expr,
+            &rate,
+            NumberReading::Size,
+            &OpenArguments::new(),
+            diagnostics,
+        )?;
         if let Node::Symbol(Symbol::Parameter(i)) = self.lowering.graph.node(typed.id) {
             return Ok(ProcessNoise::Parameter(i));
         }
@@ -33,13 +38,13 @@ impl<'a> Resolver<'a> {
             Some(value) if value >= 0.0 && value.is_finite() => Ok(ProcessNoise::Known(value)),
             Some(_) => {
                 let message = "the noise of a state must be zero or above";
-                Err(diagnostics.error(Diagnostic::new(Code::E505, expr.span, message)))
+                Err(diagnostics.error(Diagnostic::new(Code::SizeNotPositive, expr.span, message)))
             }
             None => {
                 let message =
                     "the noise of a state is a number or a parameter, and this is a formula";
                 Err(diagnostics.error(
-                    Diagnostic::new(Code::E504, expr.span, message)
+                    Diagnostic::new(Code::ValueNotConstant, expr.span, message)
                         .help(format!("declare a parameter in `{}`", rate.symbol)),
                 ))
             }
@@ -52,6 +57,6 @@ fn rate_of(unit: &Unit) -> Result<Unit, String> {
     let differences = unit.of_differences();
     let second = parse_unit("s^(1/2)").map_err(|_| "s^(1/2)".to_owned())?.dimension;
     let symbol = format!("{}/s^(1/2)", differences.symbol);
-    let dimension = differences.dimension.over(second).ok_or_else(|| symbol.clone())?;
+    let dimension = differences.dimension.divide(second).ok_or_else(|| symbol.clone())?;
     Ok(Unit { symbol, dimension, ..differences })
 }

@@ -12,37 +12,37 @@
 
 use dgd_signature::{Density, Distribution};
 
-use crate::diagnostics::{Code, Diagnostic, Diagnostics, Reported};
+use crate::diagnostics::{Code, Diagnostic, Diagnostics, ErrorReported};
 use crate::expr::{ExprId, Symbol};
-use crate::model::expression::{Arguments, Typed, unit_of};
-use crate::model::resolve::{Reading, Resolver, not_finite};
-use crate::model::{Declared, Model, Output};
+use crate::model::expression::{OpenArguments, TypedExpr, unit_of};
+use crate::model::resolve::{ModelResolver, NumberReading, not_finite};
+use crate::model::{DeclarationHeader, Model, Output};
 use crate::source::Span;
 use crate::syntax::ast::{Attribute, AttributeKind, Expr, ExprKind};
 use crate::syntax::visit::operands;
 use crate::units::{Datum, Dimension, Unit};
 
 /// The `noise` of an output.
-pub(in crate::model) enum Noise {
+pub(in crate::model) enum OutputNoise {
     /// Not declared.
     Silent,
     /// A standard deviation, SI.
     Known(f64),
     /// More than a number.
-    Formula(Formula),
+    Formula(DensityFormula),
 }
 
 /// A density whose σ is an expression.
-pub(in crate::model) struct Formula {
+pub(in crate::model) struct DensityFormula {
     distribution: Distribution,
     deviation: ExprId,
     unit: Unit,
 }
 
 /// An output with its noise, for messages and formulas.
-pub(in crate::model) struct Noisy<'a> {
+pub(in crate::model) struct NoisyOutput<'a> {
     pub(in crate::model) name: &'a str,
-    pub(in crate::model) value: Typed,
+    pub(in crate::model) value: TypedExpr,
     pub(in crate::model) unit: Unit,
 }
 
@@ -53,19 +53,19 @@ fn part_of_value(expr: &Expr, unit: &Unit) -> Option<String> {
     (is_part && unit.dimension != Dimension::ONE).then(|| format!("{text} [{}]", own.text))
 }
 
-impl<'a> Resolver<'a> {
+impl<'a> ModelResolver<'a> {
     /// The noise of an output.
     pub(in crate::model) fn noise(
         &mut self,
-        output: &Noisy<'a>,
+        output: &NoisyOutput<'a>,
         attributes: &'a [Attribute],
         diagnostics: &mut Diagnostics,
-    ) -> Result<Noise, Reported> {
+    ) -> Result<OutputNoise, ErrorReported> {
         let written = attributes.iter().find_map(|attribute| match &attribute.kind {
             AttributeKind::Noise(expr) => Some(expr),
             _ => None,
         });
-        let Some(expr) = written else { return Ok(Noise::Silent) };
+        let Some(expr) = written else { return Ok(OutputNoise::Silent) };
         if let ExprKind::Call { function, arguments } = &expr.kind
             && !self.lowering.scope.names.contains_key(function.text.as_str())
         {
@@ -86,10 +86,10 @@ impl<'a> Resolver<'a> {
             }
         }
         if let Some(part) = part_of_value(expr, &output.unit) {
-            let Noisy { name, unit, .. } = output;
+            let NoisyOutput { name, unit, .. } = output;
             let message = format!("`{part}` is not a standard deviation in `{}`", unit.symbol);
             return Err(diagnostics
-                .error(Diagnostic::new(Code::E302, expr.span, message).help(format!(
+                .error(Diagnostic::new(Code::UnitsOfSides, expr.span, message).help(format!(
                     "a part of the value is a product: `noise {part}*abs({name})`"
                 ))));
         }
@@ -97,8 +97,8 @@ impl<'a> Resolver<'a> {
         // A σ that reads the output is a formula, whatever the output's value.
         let known = self.lowering.number(deviation).filter(|_| !reads(expr, output.name));
         Ok(match known {
-            Some(known) => Noise::Known(known),
-            None => Noise::Formula(Formula {
+            Some(known) => OutputNoise::Known(known),
+            None => OutputNoise::Formula(DensityFormula {
                 distribution: Distribution::Normal,
                 deviation,
                 unit: output.unit.of_differences(),
@@ -108,30 +108,34 @@ impl<'a> Resolver<'a> {
 
     fn lognormal(
         &mut self,
-        output: &Noisy<'a>,
+        output: &NoisyOutput<'a>,
         whole: &'a Expr,
         sigma: &'a Expr,
         diagnostics: &mut Diagnostics,
-    ) -> Result<Noise, Reported> {
+    ) -> Result<OutputNoise, ErrorReported> {
         if has_zero_of_its_own(&output.unit) {
             return Err(diagnostics.error(relative(output, whole.span)));
         }
         let unit = Unit::one();
         let deviation = self.deviation(output, sigma, &unit, diagnostics)?;
-        Ok(Noise::Formula(Formula { distribution: Distribution::LogNormal, deviation, unit }))
+        Ok(OutputNoise::Formula(DensityFormula {
+            distribution: Distribution::LogNormal,
+            deviation,
+            unit,
+        }))
     }
 
     fn student(
         &mut self,
-        output: &Noisy<'a>,
+        output: &NoisyOutput<'a>,
         freedom: &'a Expr,
         sigma: &'a Expr,
         diagnostics: &mut Diagnostics,
-    ) -> Result<Noise, Reported> {
+    ) -> Result<OutputNoise, ErrorReported> {
         let what = "number of degrees of freedom";
         let freedom = self.lowering.positive(freedom, &Unit::one(), what, diagnostics);
         let deviation = self.deviation(output, sigma, &output.unit, diagnostics)?;
-        Ok(Noise::Formula(Formula {
+        Ok(OutputNoise::Formula(DensityFormula {
             distribution: Distribution::Student { freedom: freedom? },
             deviation,
             unit: output.unit.of_differences(),
@@ -141,20 +145,24 @@ impl<'a> Resolver<'a> {
     /// σ, in a unit. A constant one must be positive.
     fn deviation(
         &mut self,
-        output: &Noisy<'a>,
+        output: &NoisyOutput<'a>,
         expr: &'a Expr,
         unit: &Unit,
         diagnostics: &mut Diagnostics,
-    ) -> Result<ExprId, Reported> {
-        let locals = Arguments::from([(output.name, output.value)]);
-        let typed = self.lowering.in_unit(expr, unit, Reading::Size, &locals, diagnostics)?;
+    ) -> Result<ExprId, ErrorReported> {
+        let locals = OpenArguments::from([(output.name, output.value)]);
+        let typed = self.lowering.in_unit(expr, unit, NumberReading::Size, &locals, diagnostics)?;
         match self.lowering.number(typed.id) {
             Some(value) if !value.is_finite() => {
                 return Err(diagnostics.error(not_finite(value, expr.span)));
             }
             Some(value) if value <= 0.0 => {
                 let message = "the noise must be above zero";
-                return Err(diagnostics.error(Diagnostic::new(Code::E505, expr.span, message)));
+                return Err(diagnostics.error(Diagnostic::new(
+                    Code::SizeNotPositive,
+                    expr.span,
+                    message,
+                )));
             }
             Some(value) => return Ok(self.lowering.graph.constant(value)),
             None => {}
@@ -178,10 +186,10 @@ impl<'a> Resolver<'a> {
 
 impl Model {
     /// Adds the outputs that evaluate the formulas, after all others.
-    pub(in crate::model) fn add_deviations(&mut self, formulas: Vec<(usize, Formula)>) {
-        for (output, Formula { distribution, deviation, unit }) in formulas {
-            let Declared { name, span, .. } = &self.outputs[output].declared;
-            let declared = Declared {
+    pub(in crate::model) fn add_deviations(&mut self, formulas: Vec<(usize, DensityFormula)>) {
+        for (output, DensityFormula { distribution, deviation, unit }) in formulas {
+            let DeclarationHeader { name, span, .. } = &self.outputs[output].declared;
+            let declared = DeclarationHeader {
                 name: format!("std({name})"),
                 span: *span,
                 unit,
@@ -194,7 +202,7 @@ impl Model {
 }
 
 /// Refuses 0.5 °C in a formula, which would be 273.65 K.
-fn verify_differences(expr: &Expr, diagnostics: &mut Diagnostics) -> Result<(), Reported> {
+fn verify_differences(expr: &Expr, diagnostics: &mut Diagnostics) -> Result<(), ErrorReported> {
     if let ExprKind::Number { unit: Some(written), text, .. } = &expr.kind {
         let unit = unit_of(Some(written), diagnostics)?;
         if unit.offset != 0.0 {
@@ -204,7 +212,7 @@ fn verify_differences(expr: &Expr, diagnostics: &mut Diagnostics) -> Result<(), 
                 unit.symbol
             );
             return Err(diagnostics.error(
-                Diagnostic::new(Code::E507, expr.span, message)
+                Diagnostic::new(Code::NoiseRelativeToOffset, expr.span, message)
                     .help(format!("write `{text} [{differences}]`")),
             ));
         }
@@ -226,7 +234,7 @@ fn reads(expr: &Expr, name: &str) -> bool {
     here || operands(expr).into_iter().any(|operand| reads(operand, name))
 }
 
-fn relative(output: &Noisy<'_>, span: Span) -> Diagnostic {
+fn relative(output: &NoisyOutput<'_>, span: Span) -> Diagnostic {
     let symbol = &output.unit.symbol;
     let from_zero = match output.unit.datum {
         Some(_) => format!("{}a", output.unit.of_differences().symbol),
@@ -236,7 +244,7 @@ fn relative(output: &Noisy<'_>, span: Span) -> Diagnostic {
         "this noise is relative to `{}`, whose unit `{symbol}` has a zero of its own",
         output.name
     );
-    Diagnostic::new(Code::E507, span, message).help(format!(
+    Diagnostic::new(Code::NoiseRelativeToOffset, span, message).help(format!(
         "declare the output in a unit that begins at nothing: `{} [{from_zero}]`",
         output.name
     ))
@@ -247,6 +255,6 @@ fn wrong_arguments(name: &str, unit: &Unit, span: Span) -> Diagnostic {
         "lognormal" => ("1 argument", "lognormal(0.1)".to_owned()),
         _ => ("2 arguments", format!("student(4, 0.1 [{}])", unit.of_differences().symbol)),
     };
-    Diagnostic::new(Code::E204, span, format!("`{name}` takes {expected}"))
+    Diagnostic::new(Code::ArgumentCount, span, format!("`{name}` takes {expected}"))
         .help(format!("write `noise {example}`"))
 }

@@ -2,58 +2,58 @@
 
 use dgd_signature::number::with_unit;
 
-use super::super::define::Table;
-use super::super::expression::Lowering;
-use super::points::{Read, place_of};
-use super::{Term, known};
-use crate::diagnostics::{Code, Diagnostic, Diagnostics, Reported};
+use super::super::define::TableDeclaration;
+use super::super::expression::ExprLowering;
+use super::points::{SiPoint, place_of};
+use super::{TableTerm, known};
+use crate::diagnostics::{Code, Diagnostic, Diagnostics, ErrorReported};
 use crate::expr::curve::interpolate::through;
 use crate::expr::curve::{CurveId, TableCurve};
 use crate::expr::display::number;
-use crate::syntax::ast::{AttributeKind, Beyond, Shape};
+use crate::syntax::ast::{AttributeKind, TableExtrapolation, TableInterpolation};
 use crate::units::Unit;
 
 /// Slopes that differ by this little differ by rounding only.
 const SAME_SLOPE: f64 = 1e-12;
 
-impl<'a> Lowering<'a> {
+impl<'a> ExprLowering<'a> {
     /// The terms of a table of one argument.
     pub(super) fn curve(
         &self,
-        table: Table<'a>,
-        maker: &Maker<'_>,
-        points: &[Read],
+        table: TableDeclaration<'a>,
+        maker: &CurveMaker<'_>,
+        points: &[SiPoint],
         diagnostics: &mut Diagnostics,
-    ) -> Result<Vec<Term>, Reported> {
+    ) -> Result<Vec<TableTerm>, ErrorReported> {
         let x: Vec<f64> = points.iter().map(|point| point.at[0]).collect();
         let mut places = x.clone();
         places.dedup();
         verify_count(table, 0, &places, points, diagnostics)?;
-        let shape = shape_of(table).unwrap_or(Shape::Pchip);
-        let is_fitted = |point: &Read| self.number(point.value).is_none();
+        let shape = shape_of(table).unwrap_or(TableInterpolation::Pchip);
+        let is_fitted = |point: &SiPoint| self.number(point.value).is_none();
         let fitted: Vec<usize> = (0..points.len()).filter(|k| is_fitted(&points[*k])).collect();
-        if let (Shape::Pchip, Some(first)) = (shape, fitted.first()) {
+        if let (TableInterpolation::Pchip, Some(first)) = (shape, fitted.first()) {
             let name = self.first_unknown(points[*first].value, |_| true);
             let message =
                 format!("`pchip` needs values that are known, and this one depends on {name}");
             return Err(diagnostics.error(
-                Diagnostic::new(Code::E512, points[*first].span, message).help(format!(
+                Diagnostic::new(Code::InvalidTablePoints, points[*first].span, message).help(format!(
                     "a table of parameters is `linear` or `natural`: write one of them behind the points of `{}`",
                     table.name.text
                 )),
             ));
         }
         let mut terms = Vec::new();
-        let mut push = |first, ordinate| terms.push(Term { first, second: None, ordinate });
+        let mut push = |first, ordinate| terms.push(TableTerm { first, second: None, ordinate });
         if fitted.len() < points.len() {
             let y: Vec<f64> = points.iter().map(|point| known(self, point)).collect();
-            let whole = if fitted.is_empty() { Part::Whole } else { Part::Term };
+            let whole = if fitted.is_empty() { CurveRole::Whole } else { CurveRole::Term };
             push(maker.curve(0, shape, table.name.text.clone(), (&x, &y), whole), None);
         }
         for k in fitted {
             let name = format!("{}[{}]", table.name.text, k + 1);
             let unit = unit_vector(x.len(), k);
-            let curve = maker.curve(0, shape, name, (&x, &unit), Part::Term);
+            let curve = maker.curve(0, shape, name, (&x, &unit), CurveRole::Term);
             push(curve, Some(points[k].value));
         }
         Ok(terms)
@@ -62,11 +62,11 @@ impl<'a> Lowering<'a> {
     /// The terms of a grid: one for each coordinate of the shorter axis.
     pub(super) fn grid(
         &self,
-        table: Table<'a>,
-        maker: &Maker<'_>,
-        points: &[Read],
+        table: TableDeclaration<'a>,
+        maker: &CurveMaker<'_>,
+        points: &[SiPoint],
         diagnostics: &mut Diagnostics,
-    ) -> Result<Vec<Term>, Reported> {
+    ) -> Result<Vec<TableTerm>, ErrorReported> {
         let axes = [0, 1].map(|axis| {
             let mut places: Vec<f64> = points.iter().map(|point| point.at[axis]).collect();
             places.sort_by(f64::total_cmp);
@@ -79,14 +79,14 @@ impl<'a> Lowering<'a> {
         let [x, y] = &axes;
         self.verify_grid(table, maker, &axes, points, diagnostics)?;
         let shape = match shape_of(table) {
-            Some(Shape::Pchip) => {
+            Some(TableInterpolation::Pchip) => {
                 let message = format!("the grid `{}` is `linear` or `cubic`", table.name.text);
                 return Err(diagnostics.error(
-                    Diagnostic::new(Code::E512, table.name.span, message)
+                    Diagnostic::new(Code::InvalidTablePoints, table.name.span, message)
                         .help("`pchip` goes through the points of one argument"),
                 ));
             }
-            other => other.unwrap_or(Shape::Linear),
+            other => other.unwrap_or(TableInterpolation::Linear),
         };
         // Points are ordered by x, then by y.
         let value = |i: usize, j: usize| known(self, &points[i * y.len() + j]);
@@ -95,7 +95,7 @@ impl<'a> Lowering<'a> {
         let by_second = y.len() <= x.len();
         for k in 0..if by_second { y.len() } else { x.len() } {
             let along = |axis: usize, values: &[f64], name: String| {
-                maker.curve(axis, shape, name, (&axes[axis], values), Part::Term)
+                maker.curve(axis, shape, name, (&axes[axis], values), CurveRole::Term)
             };
             let base = |axis: usize| {
                 along(axis, &unit_vector(axes[axis].len(), k), format!("{name}[{}]", k + 1))
@@ -107,7 +107,7 @@ impl<'a> Lowering<'a> {
                 let row: Vec<f64> = (0..y.len()).map(|j| value(k, j)).collect();
                 (base(0), along(1, &row, format!("{name}[{}, ]", k + 1)))
             };
-            terms.push(Term { first, second: Some(second), ordinate: None });
+            terms.push(TableTerm { first, second: Some(second), ordinate: None });
         }
         Ok(terms)
     }
@@ -115,17 +115,17 @@ impl<'a> Lowering<'a> {
     /// Checks that every coordinate of one axis has a point at every coordinate of the other, with a known value.
     fn verify_grid(
         &self,
-        table: Table<'a>,
-        maker: &Maker<'_>,
+        table: TableDeclaration<'a>,
+        maker: &CurveMaker<'_>,
         [x, y]: &[Vec<f64>; 2],
-        points: &[Read],
+        points: &[SiPoint],
         diagnostics: &mut Diagnostics,
-    ) -> Result<(), Reported> {
+    ) -> Result<(), ErrorReported> {
         if let Some(point) = points.iter().find(|point| self.number(point.value).is_none()) {
             let name = self.first_unknown(point.value, |_| true);
             let message = format!("values of a grid are known, and this one depends on {name}");
             return Err(diagnostics.error(
-                Diagnostic::new(Code::E512, point.span, message)
+                Diagnostic::new(Code::InvalidTablePoints, point.span, message)
                     .help("values that are fitted stand in a table of one argument"),
             ));
         }
@@ -141,7 +141,7 @@ impl<'a> Lowering<'a> {
                         let beside = points.iter().find(|point| point.at[0] == *at);
                         let span = beside.map_or(table.name.span, |point| point.span);
                         return Err(diagnostics.error(
-                            Diagnostic::new(Code::E512, span, message)
+                            Diagnostic::new(Code::InvalidTablePoints, span, message)
                                 .here("a point beside it")
                                 .help("a grid has a point for each pair of its arguments"),
                         ));
@@ -155,12 +155,12 @@ impl<'a> Lowering<'a> {
 
 /// Checks that there are points at two coordinates at least.
 fn verify_count(
-    table: Table<'_>,
+    table: TableDeclaration<'_>,
     axis: usize,
     places: &[f64],
-    points: &[Read],
+    points: &[SiPoint],
     diagnostics: &mut Diagnostics,
-) -> Result<(), Reported> {
+) -> Result<(), ErrorReported> {
     if places.len() >= 2 {
         return Ok(());
     }
@@ -168,7 +168,7 @@ fn verify_count(
     let name = &table.arguments[axis].name.text;
     let message = format!("the table `{}` has points at one `{name}` only", table.name.text);
     Err(diagnostics.error(
-        Diagnostic::new(Code::E512, span, message)
+        Diagnostic::new(Code::InvalidTablePoints, span, message)
             .help("it needs two at least; what is the same everywhere is a `constant`"),
     ))
 }
@@ -177,9 +177,9 @@ fn unit_vector(n: usize, k: usize) -> Vec<f64> {
     (0..n).map(|i| if i == k { 1.0 } else { 0.0 }).collect()
 }
 
-fn shape_of(table: Table<'_>) -> Option<Shape> {
+fn shape_of(table: TableDeclaration<'_>) -> Option<TableInterpolation> {
     table.attributes.iter().find_map(|attribute| match attribute.kind {
-        AttributeKind::Linear => Some(Shape::Linear),
+        AttributeKind::Linear => Some(TableInterpolation::Linear),
         AttributeKind::Shape(shape) => Some(shape),
         _ => None,
     })
@@ -198,25 +198,25 @@ fn plain(value: f64, unit: &Unit) -> String {
 
 /// Whether a curve is the whole table, or one of several terms.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Part {
+pub(super) enum CurveRole {
     Whole,
     Term,
 }
 
 /// Makes the curves of one table.
-pub(super) struct Maker<'a> {
-    table: Table<'a>,
-    beyond: Beyond,
+pub(super) struct CurveMaker<'a> {
+    table: TableDeclaration<'a>,
+    beyond: TableExtrapolation,
     pub(super) units: &'a [Unit],
 }
 
-impl<'a> Maker<'a> {
-    pub(super) fn new(table: Table<'a>, units: &'a [Unit]) -> Self {
+impl<'a> CurveMaker<'a> {
+    pub(super) fn new(table: TableDeclaration<'a>, units: &'a [Unit]) -> Self {
         let beyond = table.attributes.iter().find_map(|attribute| match attribute.kind {
             AttributeKind::Beyond(beyond) => Some(beyond),
             _ => None,
         });
-        Self { table, beyond: beyond.unwrap_or(Beyond::Refuse), units }
+        Self { table, beyond: beyond.unwrap_or(TableExtrapolation::Refuse), units }
     }
 
     /// The curve through these points of an axis. If it is one of several terms, every knot counts as one at which the
@@ -224,10 +224,10 @@ impl<'a> Maker<'a> {
     fn curve(
         &self,
         axis: usize,
-        shape: Shape,
+        shape: TableInterpolation,
         name: String,
         (x, y): (&[f64], &[f64]),
-        part: Part,
+        part: CurveRole,
     ) -> CurveId {
         let curve = through(shape, self.beyond, x, y);
         let steps: Vec<f64> =
@@ -239,11 +239,11 @@ impl<'a> Maker<'a> {
                 return true;
             }
             let may_jump = if k == 0 || k == n - 1 {
-                self.beyond == Beyond::Hold
+                self.beyond == TableExtrapolation::Hold
             } else {
-                shape == Shape::Linear
+                shape == TableInterpolation::Linear
             };
-            if part == Part::Term {
+            if part == CurveRole::Term {
                 return may_jump;
             }
             let [_, c1, c2, c3] = curve.pieces[k];
@@ -255,13 +255,13 @@ impl<'a> Maker<'a> {
         let smooth = match shape {
             _ if !steps.is_empty() => -1,
             _ if !kinks.is_empty() => 0,
-            Shape::Linear => 3,
-            Shape::Pchip => 1,
-            Shape::Natural | Shape::Cubic => 2,
+            TableInterpolation::Linear => 3,
+            TableInterpolation::Pchip => 1,
+            TableInterpolation::Natural | TableInterpolation::Cubic => 2,
         };
         let ends = [knots[0], knots[n - 1]];
-        let limit = (self.beyond == Beyond::Refuse).then(|| self.limit(axis, ends));
-        CurveId::of(TableCurve { name, curve, smooth, kinks, ends, limit })
+        let limit = (self.beyond == TableExtrapolation::Refuse).then(|| self.limit(axis, ends));
+        CurveId::store(TableCurve { name, curve, smooth, kinks, ends, limit })
     }
 
     /// The message when the argument leaves the table.

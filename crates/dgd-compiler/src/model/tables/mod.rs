@@ -16,50 +16,50 @@ mod points;
 mod smooth;
 
 use super::Smoothness;
-use super::check_units::Dim;
-use super::define::Table;
-use super::expression::{Lowering, Typed, unit_of};
-use super::resolve::Resolver;
-use crate::diagnostics::{Code, Diagnostic, Diagnostics, Reported};
+use super::check_units::ExprDimension;
+use super::define::TableDeclaration;
+use super::expression::{ExprLowering, TypedExpr, unit_of};
+use super::resolve::ModelResolver;
+use crate::diagnostics::{Code, Diagnostic, Diagnostics, ErrorReported};
 use crate::expr::curve::{CurveId, TableCurve};
 use crate::expr::{ExprId, Node, Symbol};
 use crate::source::Span;
 use crate::units::{Dimension, Unit};
-use curves::Maker;
-use points::Read;
+use curves::CurveMaker;
+use points::SiPoint;
 
 /// A table whose points have been read: its value is the sum of these terms.
 #[derive(Debug, Clone)]
-pub(super) struct Resolved {
-    terms: Vec<Term>,
+pub(super) struct ResolvedTable {
+    terms: Vec<TableTerm>,
     dimension: Dimension,
     smoothness: Vec<Smoothness>,
 }
 
 /// A product of curves of the first and of the second argument and of an ordinate.
 #[derive(Debug, Clone, Copy)]
-struct Term {
+struct TableTerm {
     first: CurveId,
     second: Option<CurveId>,
     ordinate: Option<ExprId>,
 }
 
-impl<'a> Lowering<'a> {
+impl<'a> ExprLowering<'a> {
     /// The value of a table at its arguments, whose places are `spans`.
     pub(super) fn look_up(
         &mut self,
         index: usize,
-        arguments: &[Typed],
+        arguments: &[TypedExpr],
         spans: &[Span],
         diagnostics: &mut Diagnostics,
-    ) -> Result<Typed, Reported> {
-        let Resolved { terms, dimension, .. } = self.table(index, diagnostics)?;
+    ) -> Result<TypedExpr, ErrorReported> {
+        let ResolvedTable { terms, dimension, .. } = self.table(index, diagnostics)?;
         let curves = terms.first().into_iter().flat_map(|term| [Some(term.first), term.second]);
         for ((curve, x), span) in curves.flatten().zip(arguments).zip(spans) {
             self.verify_argument(curve.get(), self.scope.tables[index], x.id, *span, diagnostics)?;
         }
         let mut sum = None;
-        for Term { first, second, ordinate } in terms {
+        for TableTerm { first, second, ordinate } in terms {
             let mut term = self.graph.intern(Node::Curve(first, arguments[0].id));
             if let Some(second) = second {
                 let other = self.graph.intern(Node::Curve(second, arguments[1].id));
@@ -74,7 +74,7 @@ impl<'a> Lowering<'a> {
             });
         }
         let id = sum.unwrap_or_else(|| unreachable!("a table has a curve"));
-        Ok(Typed { id, dim: Dim::Of(dimension) })
+        Ok(TypedExpr { id, dim: ExprDimension::Of(dimension) })
     }
 
     /// Checks an argument of a table outside of which runs are refused: a number must be inside, and an argument that
@@ -82,11 +82,11 @@ impl<'a> Lowering<'a> {
     fn verify_argument(
         &self,
         curve: &TableCurve,
-        table: Table<'a>,
+        table: TableDeclaration<'a>,
         x: ExprId,
         span: Span,
         diagnostics: &mut Diagnostics,
-    ) -> Result<(), Reported> {
+    ) -> Result<(), ErrorReported> {
         let Some(limit) = &curve.limit else { return Ok(()) };
         let [low, high] = curve.ends;
         let is_beyond = self.number(x).is_some_and(|x| x < low || x > high);
@@ -109,14 +109,18 @@ impl<'a> Lowering<'a> {
         let help =
             "say what the table is there: `beyond hold` or `beyond extend` behind its points";
         Err(diagnostics.error(
-            Diagnostic::new(Code::E513, span, message)
+            Diagnostic::new(Code::ArgumentBeyondTable, span, message)
                 .label(table.name.span, "declared here")
                 .help(help),
         ))
     }
 
     /// The curves of a table, which are made once.
-    fn table(&mut self, index: usize, diagnostics: &mut Diagnostics) -> Result<Resolved, Reported> {
+    fn table(
+        &mut self,
+        index: usize,
+        diagnostics: &mut Diagnostics,
+    ) -> Result<ResolvedTable, ErrorReported> {
         if let Some(done) = self.tables.get(&index) {
             return done.clone();
         }
@@ -128,27 +132,27 @@ impl<'a> Lowering<'a> {
 
     fn resolve_table(
         &mut self,
-        table: Table<'a>,
+        table: TableDeclaration<'a>,
         diagnostics: &mut Diagnostics,
-    ) -> Result<Resolved, Reported> {
+    ) -> Result<ResolvedTable, ErrorReported> {
         let units = table.arguments.iter().map(|argument| argument.unit.as_ref());
-        let units: Vec<Result<Unit, Reported>> =
+        let units: Vec<Result<Unit, ErrorReported>> =
             units.chain([table.unit]).map(|unit| unit_of(unit, diagnostics)).collect();
         let mut units: Vec<Unit> = units.into_iter().collect::<Result<_, _>>()?;
         let of_values = units.pop().unwrap_or_else(Unit::one);
         let points = self.points(table, &units, &of_values, diagnostics)?;
-        let maker = Maker::new(table, &units);
+        let maker = CurveMaker::new(table, &units);
         let terms = if units.len() == 1 {
             self.curve(table, &maker, &points, diagnostics)?
         } else {
             self.grid(table, &maker, &points, diagnostics)?
         };
         let smoothness = self.smoothness(table, &points, &of_values, diagnostics)?;
-        Ok(Resolved { terms, dimension: of_values.dimension, smoothness })
+        Ok(ResolvedTable { terms, dimension: of_values.dimension, smoothness })
     }
 }
 
-impl Resolver<'_> {
+impl ModelResolver<'_> {
     /// Collects the smoothness of tables. Tables that nothing calls are also read, to find their errors.
     pub(super) fn smoothness_of_tables(&mut self, diagnostics: &mut Diagnostics) {
         for index in 0..self.lowering.scope.tables.len() {
@@ -160,6 +164,6 @@ impl Resolver<'_> {
 }
 
 /// Known ordinates; zero for the others.
-fn known(lowering: &Lowering<'_>, point: &Read) -> f64 {
+fn known(lowering: &ExprLowering<'_>, point: &SiPoint) -> f64 {
     lowering.number(point.value).unwrap_or(0.0)
 }

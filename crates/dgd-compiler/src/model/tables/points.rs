@@ -1,17 +1,19 @@
 //! The points of a table in SI, in order, and their errors.
 
-use super::super::define::{Definition, Table};
-use super::super::expression::{Arguments, Lowering};
-use super::super::resolve::{Reading, not_finite};
+use super::super::define::{NameDefinition, TableDeclaration};
+use super::super::expression::{ExprLowering, OpenArguments};
+use super::super::resolve::{NumberReading, not_finite};
 use super::curves::in_unit;
-use crate::diagnostics::{Code, Diagnostic, Diagnostics, Reported};
+use crate::diagnostics::{Code, Diagnostic, Diagnostics, ErrorReported};
 use crate::expr::{ExprId, Symbol};
 use crate::source::Span;
-use crate::syntax::ast::{ArrayKind, AttributeKind, Beyond, Expr, ExprKind, Points};
+use crate::syntax::ast::{
+    ArrayKind, AttributeKind, Expr, ExprKind, TableExtrapolation, TablePoints,
+};
 use crate::units::Unit;
 
 /// A point with its arguments in SI.
-pub(super) struct Read {
+pub(super) struct SiPoint {
     pub(super) at: Vec<f64>,
     pub(super) value: ExprId,
     pub(super) span: Span,
@@ -20,32 +22,32 @@ pub(super) struct Read {
 }
 
 /// Points with one argument that are not a step.
-struct Repeated {
+struct RepeatedPoints {
     what: &'static str,
     help: &'static str,
     /// Places of the last and of the first.
     spans: (Span, Span),
 }
 
-impl<'a> Lowering<'a> {
+impl<'a> ExprLowering<'a> {
     /// The points by ascending arguments; those of a step in the order written.
     pub(super) fn points(
         &mut self,
-        table: Table<'a>,
+        table: TableDeclaration<'a>,
         units: &[Unit],
         of_values: &Unit,
         diagnostics: &mut Diagnostics,
-    ) -> Result<Vec<Read>, Reported> {
+    ) -> Result<Vec<SiPoint>, ErrorReported> {
         let written = written(table, diagnostics)?;
-        let is_file = matches!(table.points, Points::File { .. });
+        let is_file = matches!(table.points, TablePoints::File { .. });
         let mut failed = None;
         let mut points = Vec::with_capacity(written.len());
         for (place, (at, value, span)) in written.into_iter().enumerate() {
-            let arguments: Result<Vec<f64>, Reported> = at
+            let arguments: Result<Vec<f64>, ErrorReported> = at
                 .iter()
                 .zip(units)
                 // Removes the sign of zero.
-                .map(|(&x, unit)| Ok(self.known(x, unit, Reading::Value, diagnostics)? + 0.0))
+                .map(|(&x, unit)| Ok(self.known(x, unit, NumberReading::Value, diagnostics)? + 0.0))
                 .collect();
             let value = match value {
                 Ordinate::Of(value) => self.ordinate(value, of_values, diagnostics),
@@ -55,7 +57,7 @@ impl<'a> Lowering<'a> {
             };
             match (arguments, value) {
                 (Ok(arguments), Ok(value)) => {
-                    points.push(Read { at: arguments, value, span, place });
+                    points.push(SiPoint { at: arguments, value, span, place });
                 }
                 (Err(reported), _) | (_, Err(reported)) => failed = Some(reported),
             }
@@ -65,7 +67,7 @@ impl<'a> Lowering<'a> {
             }
         }
         failed.map_or(Ok(()), Err)?;
-        let in_order = |a: &Read, b: &Read| {
+        let in_order = |a: &SiPoint, b: &SiPoint| {
             a.at.iter()
                 .zip(&b.at)
                 .fold(std::cmp::Ordering::Equal, |order, (a, b)| order.then(a.total_cmp(b)))
@@ -84,7 +86,7 @@ impl<'a> Lowering<'a> {
                 let message = format!("`{}` has {} at {place}", table.name.text, fault.what);
                 repeated = Some(
                     diagnostics.error(
-                        Diagnostic::new(Code::E512, second, message)
+                        Diagnostic::new(Code::InvalidTablePoints, second, message)
                             .label(first, "the other one")
                             .help(fault.help),
                     ),
@@ -97,12 +99,15 @@ impl<'a> Lowering<'a> {
     /// The first group of too many points with equal arguments: a table of one argument may have two, which are a step.
     fn too_many_at_one_place(
         &self,
-        table: Table<'a>,
-        points: &[Read],
+        table: TableDeclaration<'a>,
+        points: &[SiPoint],
         is_end: bool,
-    ) -> Option<Repeated> {
+    ) -> Option<RepeatedPoints> {
         let goes_on = table.attributes.iter().any(|attribute| {
-            matches!(attribute.kind, AttributeKind::Beyond(Beyond::Hold | Beyond::Extend))
+            matches!(
+                attribute.kind,
+                AttributeKind::Beyond(TableExtrapolation::Hold | TableExtrapolation::Extend)
+            )
         });
         let (what, help) = match points {
             [] | [_] => return None,
@@ -128,7 +133,7 @@ impl<'a> Lowering<'a> {
         let mut spans: Vec<Span> = points.iter().map(|point| point.span).collect();
         spans.sort_unstable();
         let (first, last) = (spans[0], spans[spans.len() - 1]);
-        Some(Repeated { what, help, spans: (last, first) })
+        Some(RepeatedPoints { what, help, spans: (last, first) })
     }
 
     /// The element that is a value, for an array with as many elements as the table has points.
@@ -136,10 +141,10 @@ impl<'a> Lowering<'a> {
         &mut self,
         array: &'a Expr,
         k: u32,
-        table: Table<'a>,
+        table: TableDeclaration<'a>,
         unit: &Unit,
         diagnostics: &mut Diagnostics,
-    ) -> Result<ExprId, Reported> {
+    ) -> Result<ExprId, ErrorReported> {
         let ExprKind::Name(name) = &array.kind else {
             unreachable!("the parser takes a list or a name");
         };
@@ -147,14 +152,14 @@ impl<'a> Lowering<'a> {
         let entry = self.scope.names.get(name.as_str()).map(|entry| entry.definition);
         let refuse = |message: String, help: &str, diagnostics: &mut Diagnostics| {
             // Once, not for each point.
-            let known_error = diagnostics.said(Code::E233, array.span);
+            let known_error = diagnostics.said(Code::ValueCount, array.span);
             Err(known_error.unwrap_or_else(|| {
-                diagnostics.error(Diagnostic::new(Code::E233, array.span, message).help(help))
+                diagnostics.error(Diagnostic::new(Code::ValueCount, array.span, message).help(help))
             }))
         };
-        let Some(Definition::Vector(vector)) = entry else {
+        let Some(NameDefinition::Vector(vector)) = entry else {
             if entry.is_none() {
-                let none = Arguments::new();
+                let none = OpenArguments::new();
                 return Err(self.unknown_name(name, array.span, &none, diagnostics));
             }
             let message = format!("`{name}` is not an array of constants or parameters");
@@ -179,9 +184,9 @@ impl<'a> Lowering<'a> {
                 unit.symbol,
                 spelling.being(dimension)
             );
-            let known_error = diagnostics.said(Code::E302, array.span);
+            let known_error = diagnostics.said(Code::UnitsOfSides, array.span);
             return Err(known_error.unwrap_or_else(|| {
-                diagnostics.error(Diagnostic::new(Code::E302, array.span, message))
+                diagnostics.error(Diagnostic::new(Code::UnitsOfSides, array.span, message))
             }));
         }
         let position = place.first + k;
@@ -201,8 +206,9 @@ impl<'a> Lowering<'a> {
         expr: &'a Expr,
         unit: &Unit,
         diagnostics: &mut Diagnostics,
-    ) -> Result<ExprId, Reported> {
-        let typed = self.in_unit(expr, unit, Reading::Value, &Arguments::new(), diagnostics)?;
+    ) -> Result<ExprId, ErrorReported> {
+        let typed =
+            self.in_unit(expr, unit, NumberReading::Value, &OpenArguments::new(), diagnostics)?;
         let is_fixed =
             |symbol: Symbol| matches!(symbol, Symbol::Constant(_) | Symbol::Parameter(_));
         if !self.graph.symbols(typed.id).into_iter().all(is_fixed) {
@@ -210,7 +216,7 @@ impl<'a> Lowering<'a> {
             let message =
                 format!("a table is the same at all times, but this depends on {culprit}");
             return Err(diagnostics.error(
-                Diagnostic::new(Code::E504, expr.span, message)
+                Diagnostic::new(Code::ValueNotConstant, expr.span, message)
                     .help("values of a table are made of numbers, constants and parameters"),
             ));
         }
@@ -232,14 +238,14 @@ enum Ordinate<'a> {
 }
 
 /// Arguments, value and place of each point.
-type Written<'a> = (Vec<&'a Expr>, Ordinate<'a>, Span);
+type WrittenPoints<'a> = (Vec<&'a Expr>, Ordinate<'a>, Span);
 
 fn written<'a>(
-    table: Table<'a>,
+    table: TableDeclaration<'a>,
     diagnostics: &mut Diagnostics,
-) -> Result<Vec<Written<'a>>, Reported> {
+) -> Result<Vec<WrittenPoints<'a>>, ErrorReported> {
     let points = match table.points {
-        Points::Columns([x, y]) => {
+        TablePoints::Columns([x, y]) => {
             if let [array] = &y[..]
                 && x.len() > 1
             {
@@ -249,12 +255,12 @@ fn written<'a>(
             }
             return Ok(x.iter().zip(y).map(|(x, y)| (vec![x], Ordinate::Of(y), y.span)).collect());
         }
-        Points::Written(points) | Points::File { rows: Some(Ok(points)), .. } => points,
-        Points::File { rows: Some(Err(reported)), .. } => return Err(*reported),
-        Points::File { path, path_span, rows: None } => {
+        TablePoints::Written(points) | TablePoints::File { rows: Some(Ok(points)), .. } => points,
+        TablePoints::File { rows: Some(Err(reported)), .. } => return Err(*reported),
+        TablePoints::File { path, path_span, rows: None } => {
             let message = format!("`{path}` is not read here");
             return Err(diagnostics.error(
-                Diagnostic::new(Code::E208, *path_span, message)
+                Diagnostic::new(Code::UnusableImport, *path_span, message)
                     .help("a table of an effect has its points written out"),
             ));
         }
@@ -268,9 +274,9 @@ fn written<'a>(
 }
 
 /// `q = 1200 lpm, w = 40 %`
-pub(super) fn place_of(table: Table<'_>, units: &[Unit], at: &[f64]) -> String {
+pub(super) fn place_of(table: TableDeclaration<'_>, units: &[Unit], at: &[f64]) -> String {
     let named = table.arguments.iter().zip(units).zip(at);
-    let one = |((argument, unit), x): ((&crate::syntax::ast::Argument, &Unit), &f64)| {
+    let one = |((argument, unit), x): ((&crate::syntax::ast::FormalArgument, &Unit), &f64)| {
         format!("{} = {}", argument.name.text, in_unit(*x, unit))
     };
     named.map(one).collect::<Vec<_>>().join(", ")

@@ -11,21 +11,21 @@
 use std::collections::BTreeMap;
 
 use super::super::Smoothness;
-use super::super::define::Table;
-use super::super::expression::Lowering;
-use super::points::Read;
-use crate::diagnostics::{Code, Diagnostic, Diagnostics, Reported};
+use super::super::define::TableDeclaration;
+use super::super::expression::ExprLowering;
+use super::points::SiPoint;
+use crate::diagnostics::{Code, Diagnostic, Diagnostics, ErrorReported};
 use crate::expr::{ExprId, Node, Symbol};
 use crate::units::Unit;
 
 /// Σ weight · parameter + rest.
 #[derive(Debug, Clone, Default)]
-struct Affine {
+struct AffineSum {
     weights: BTreeMap<u32, f64>,
     rest: f64,
 }
 
-impl Affine {
+impl AffineSum {
     fn number(rest: f64) -> Self {
         Self { rest, ..Self::default() }
     }
@@ -51,35 +51,35 @@ impl Affine {
     }
 }
 
-impl<'a> Lowering<'a> {
+impl<'a> ExprLowering<'a> {
     /// The smoothness of a table's parameters; empty without `smooth`.
     pub(super) fn smoothness(
         &mut self,
-        table: Table<'a>,
-        points: &[Read],
+        table: TableDeclaration<'a>,
+        points: &[SiPoint],
         unit: &Unit,
         diagnostics: &mut Diagnostics,
-    ) -> Result<Vec<Smoothness>, Reported> {
+    ) -> Result<Vec<Smoothness>, ErrorReported> {
         let Some((std, span)) = table.smooth() else { return Ok(Vec::new()) };
         let name = &table.name.text;
         if let Some(second) = table.arguments.get(1) {
             let message = "`smooth` is for tables of one argument";
             return Err(diagnostics.error(
-                Diagnostic::new(Code::E514, span, message)
+                Diagnostic::new(Code::SmoothWithoutFittedValues, span, message)
                     .label(second.name.span, "this is another")
                     .help("leave `smooth` out: values of a grid are not fitted"),
             ));
         }
         let std = self.positive(std, unit, "standard deviation of `smooth`", diagnostics)?;
-        let is_known = |point: &Read| self.number(point.value).is_some();
+        let is_known = |point: &SiPoint| self.number(point.value).is_some();
         let message = if points.iter().all(is_known) {
             format!("no value of `{name}` is a parameter, so that `smooth` says nothing")
         } else if points.len() < 3 {
             format!("`smooth` needs three points at least, and `{name}` has two")
         } else {
             let values = points.iter().map(|point| self.affine(point, diagnostics));
-            let values: Vec<Result<Affine, Reported>> = values.collect();
-            let values: Vec<Affine> = values.into_iter().collect::<Result<_, _>>()?;
+            let values: Vec<Result<AffineSum, ErrorReported>> = values.collect();
+            let values: Vec<AffineSum> = values.into_iter().collect::<Result<_, _>>()?;
             let x: Vec<f64> = points.iter().map(|point| point.at[0]).collect();
             let inner = x.windows(3).zip(values.windows(3));
             // Not applied across a step.
@@ -87,17 +87,23 @@ impl<'a> Lowering<'a> {
             let rows = inner.filter_map(|(x, y)| of_point(name, x, y, std));
             return Ok(rows.collect());
         };
-        Err(diagnostics
-            .error(Diagnostic::new(Code::E514, span, message).help("leave `smooth` out")))
+        Err(diagnostics.error(
+            Diagnostic::new(Code::SmoothWithoutFittedValues, span, message)
+                .help("leave `smooth` out"),
+        ))
     }
 
     /// A value as a sum of parameters.
-    fn affine(&self, point: &Read, diagnostics: &mut Diagnostics) -> Result<Affine, Reported> {
-        let mut forms: BTreeMap<ExprId, Affine> = BTreeMap::new();
+    fn affine(
+        &self,
+        point: &SiPoint,
+        diagnostics: &mut Diagnostics,
+    ) -> Result<AffineSum, ErrorReported> {
+        let mut forms: BTreeMap<ExprId, AffineSum> = BTreeMap::new();
         for id in self.graph.reachable([point.value]) {
             let form = match self.graph.node(id) {
-                _ if self.number(id).is_some() => self.number(id).map(Affine::number),
-                Node::Symbol(Symbol::Parameter(i)) => Some(Affine::parameter(i)),
+                _ if self.number(id).is_some() => self.number(id).map(AffineSum::number),
+                Node::Symbol(Symbol::Parameter(i)) => Some(AffineSum::parameter(i)),
                 Node::Negate(a) => Some(forms[&a].times(-1.0)),
                 Node::Add(a, b) => Some(forms[&a].clone().plus(1.0, &forms[&b])),
                 Node::Subtract(a, b) => Some(forms[&a].clone().plus(-1.0, &forms[&b])),
@@ -119,11 +125,11 @@ impl<'a> Lowering<'a> {
                 | Node::Select(..)
                 | Node::Delay(..) => None,
             };
-            let Some(form) = form.filter(Affine::is_finite) else {
+            let Some(form) = form.filter(AffineSum::is_finite) else {
                 let message =
                     "values of a table with `smooth` are sums of parameters, and this one is not";
                 return Err(diagnostics.error(
-                    Diagnostic::new(Code::E514, point.span, message)
+                    Diagnostic::new(Code::SmoothWithoutFittedValues, point.span, message)
                         .help("write a parameter, or a sum of some with constant factors"),
                 ));
             };
@@ -134,10 +140,10 @@ impl<'a> Lowering<'a> {
 }
 
 /// The smoothness at the second of three points; `None` if all of them are constant.
-fn of_point(table: &str, x: &[f64], y: &[Affine], std: f64) -> Option<Smoothness> {
+fn of_point(table: &str, x: &[f64], y: &[AffineSum], std: f64) -> Option<Smoothness> {
     let width = x[2] - x[0];
     let deviation = y[1].clone().plus(-(x[2] - x[1]) / width, &y[0]);
-    let Affine { weights, rest } = deviation.plus(-(x[1] - x[0]) / width, &y[2]);
+    let AffineSum { weights, rest } = deviation.plus(-(x[1] - x[0]) / width, &y[2]);
     let weights: Vec<(u32, f64)> =
         weights.into_iter().filter(|(_, weight)| *weight != 0.0).collect();
     let mean = -rest;

@@ -9,8 +9,9 @@ use crate::expr::display::number;
 use crate::model::Model;
 use crate::parts;
 use crate::syntax::ast::{
-    self, Argument, Ast, Attribute, AttributeKind, Choice, Comparison, Counter, Crossing, Expr,
-    ExprKind, Factor, Item, ItemKind, Name, Points, Reducing, Reduction, Shape, Sign, StartRule,
+    self, Ast, Attribute, AttributeKind, Comparison, Crossing, Expr, ExprKind, FactorSide,
+    FormalArgument, Item, ItemKind, LoopCounter, Name, Reduction, ReductionOperation, Sign,
+    StartRule, TableInterpolation, TablePoints, VariantChoice,
 };
 
 /// Only the first and the last points of larger tables are shown.
@@ -18,7 +19,7 @@ const MOST_POINTS: usize = 8;
 
 /// A line of its own.
 #[derive(Debug, Clone, PartialEq)]
-pub enum Line {
+pub enum FormulaLine {
     /// A definition, an equation or an output.
     Equation {
         /// Left of the equals sign.
@@ -31,13 +32,13 @@ pub enum Line {
     /// The name of a mode, whose equations follow.
     Mode(String),
     /// A transition.
-    Transition(Transition),
+    Transition(FormulaTransition),
     /// A bound within which an unknown stays.
     Bound {
         /// The unknown.
         left: Formula,
         /// The side on which it lies.
-        side: ast::Bound,
+        side: ast::BoundSide,
         /// The bound.
         right: Formula,
     },
@@ -45,18 +46,18 @@ pub enum Line {
 
 /// A transition between modes.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Transition {
+pub struct FormulaTransition {
     /// The mode that it leaves and the one that it enters; none for a `when`.
     pub modes: Option<[String; 2]>,
     /// When it occurs.
-    pub occasion: Occasion,
+    pub occasion: TransitionOccasion,
     /// Unknowns that get a new value, and the values.
     pub resets: Vec<(Formula, Formula)>,
 }
 
 /// When a transition occurs.
 #[derive(Debug, Clone, PartialEq)]
-pub enum Occasion {
+pub enum TransitionOccasion {
     /// When one of these left sides passes its right side in this direction.
     When(Vec<(Formula, Crossing, Formula)>),
     /// Periodically: the period, and the offset.
@@ -67,7 +68,7 @@ pub enum Occasion {
 #[derive(Debug, Clone, PartialEq)]
 pub enum Formula {
     /// A name with its subscripts.
-    Symbol(Symbol),
+    Symbol(MathSymbol),
     /// A number.
     Number {
         /// Its digits, before the power of ten if there is one.
@@ -80,7 +81,7 @@ pub enum Formula {
     /// Parts in a row.
     Row(Vec<Formula>),
     /// A sign between or before parts.
-    Operator(Operator),
+    Operator(MathOperator),
     /// Numerator and denominator.
     Fraction(Box<Formula>, Box<Formula>),
     /// A base with an exponent.
@@ -90,11 +91,11 @@ pub enum Formula {
     /// Between a pair of delimiters.
     Fenced(Fence, Box<Formula>),
     /// A time derivative.
-    Dot(Symbol),
+    Dot(MathSymbol),
     /// An element of an array, or its derivative, with its indices as a subscript.
     Indexed(Box<Formula>, Box<Formula>),
     /// A sum, a product or the like over indices.
-    Over(Box<Over>),
+    Over(Box<ReductionRange>),
     /// The upright name of a well-known function, with its subscript.
     Function(&'static str, Option<&'static str>),
     /// One value if a condition holds, otherwise another.
@@ -105,7 +106,7 @@ pub enum Formula {
 
 /// A name in the style of papers: `h_r` is h with subscript r, `c0` is c with subscript 0.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Symbol {
+pub struct MathSymbol {
     /// Letters on the base line.
     pub letters: String,
     /// Subscripts, left to right.
@@ -125,9 +126,9 @@ pub struct Cases {
 
 /// A reduction of a formula over indices.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Over {
+pub struct ReductionRange {
     /// A sum, a product or another reduction.
-    pub kind: Reducing,
+    pub kind: ReductionOperation,
     /// The indices, each with its first and last value.
     pub counters: Vec<[Formula; 3]>,
     /// The formula.
@@ -151,7 +152,7 @@ pub enum Fence {
 
 /// Signs.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Operator {
+pub enum MathOperator {
     /// + between terms
     Plus,
     /// − between terms
@@ -182,9 +183,9 @@ pub enum Operator {
 
 /// A line with its documentation.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Documented {
+pub struct DocumentedLine {
     /// The line.
-    pub line: Line,
+    pub line: FormulaLine,
     /// Doc comment of its item.
     pub doc: Vec<String>,
     /// Whether the item is an `output`.
@@ -194,12 +195,12 @@ pub struct Documented {
 }
 
 /// The lines of a model: libraries first, then the model file.
-pub fn lines(asts: &[Ast], model: &Model) -> Vec<Line> {
+pub fn lines(asts: &[Ast], model: &Model) -> Vec<FormulaLine> {
     documented(asts, model).into_iter().map(|documented| documented.line).collect()
 }
 
 /// The lines of a model with their documentation.
-pub fn documented(asts: &[Ast], model: &Model) -> Vec<Documented> {
+pub fn documented(asts: &[Ast], model: &Model) -> Vec<DocumentedLine> {
     // The model was made from these trees, so they expand without errors.
     let expanded = parts::expand(asts, &mut Diagnostics::default());
     let mut lines = Vec::new();
@@ -219,7 +220,7 @@ pub(super) fn for_each_item<'a>(
         if let ItemKind::Variant { name, choices } = &item.kind {
             let chosen = model.variants.iter().find(|v| v.name == name.text);
             let is_chosen =
-                |choice: &&Choice| chosen.is_some_and(|v| v.choice() == choice.name.text);
+                |choice: &&VariantChoice| chosen.is_some_and(|v| v.choice() == choice.name.text);
             if let Some(choice) = choices.iter().find(is_chosen) {
                 for_each_item(&choice.items, model, visit);
             }
@@ -230,36 +231,41 @@ pub(super) fn for_each_item<'a>(
 }
 
 /// The lines of one item.
-fn collect(item: &Item, model: &Model, lines: &mut Vec<Documented>) {
+fn collect(item: &Item, model: &Model, lines: &mut Vec<DocumentedLine>) {
     let mut push = |line| {
         let is_output = matches!(item.kind, ItemKind::Output { .. });
-        lines.push(Documented { line, doc: item.doc.clone(), is_output, counters: Vec::new() });
+        lines.push(DocumentedLine { line, doc: item.doc.clone(), is_output, counters: Vec::new() });
     };
     match &item.kind {
         ItemKind::Output { name, value: Some(value), .. } => {
-            let (left, right) = (Formula::Symbol(Symbol::of(&name.text)), expression(value));
-            push(Line::Equation { left, right, label: None });
+            let (left, right) =
+                (Formula::Symbol(MathSymbol::from_name(&name.text)), expression(value));
+            push(FormulaLine::Equation { left, right, label: None });
         }
         ItemKind::Function { name, arguments, lets, body } => {
             let left = called(name, arguments);
-            push(Line::Equation { left, right: with_lets(body, lets), label: None });
+            push(FormulaLine::Equation { left, right: with_lets(body, lets), label: None });
         }
         ItemKind::Table { name, arguments, points, attributes, .. } => {
             let (left, right) =
                 (called(name, arguments), through(arguments.len(), points, attributes));
-            push(Line::Equation { left, right, label: None });
+            push(FormulaLine::Equation { left, right, label: None });
         }
         ItemKind::Modes { modes, transitions, .. } => {
             for (k, mode) in modes.iter().enumerate() {
                 // The documentation of the block is written once, that of a mode with the mode.
                 let doc =
                     if k == 0 { [&item.doc[..], &mode.doc].concat() } else { mode.doc.clone() };
-                let line = Line::Mode(mode.name.text.clone());
-                lines.push(Documented { line, doc, is_output: false, counters: Vec::new() });
+                let line = FormulaLine::Mode(mode.name.text.clone());
+                lines.push(DocumentedLine { line, doc, is_output: false, counters: Vec::new() });
                 for_each_item(&mode.items, model, &mut |item| collect(item, model, lines));
             }
-            let undocumented =
-                |line| Documented { line, doc: Vec::new(), is_output: false, counters: Vec::new() };
+            let undocumented = |line| DocumentedLine {
+                line,
+                doc: Vec::new(),
+                is_output: false,
+                counters: Vec::new(),
+            };
             lines.extend(transitions.iter().map(transition).map(undocumented));
         }
         ItemKind::For { counters, items } => {
@@ -267,7 +273,7 @@ fn collect(item: &Item, model: &Model, lines: &mut Vec<Documented>) {
             for item in items {
                 let Some(line) = of_loop(counters, item) else { continue };
                 let (doc, counters) = (item.doc.clone(), ends.clone());
-                lines.push(Documented { line, doc, is_output: false, counters });
+                lines.push(DocumentedLine { line, doc, is_output: false, counters });
             }
         }
         ItemKind::Let { .. }
@@ -293,9 +299,9 @@ fn collect(item: &Item, model: &Model, lines: &mut Vec<Documented>) {
 }
 
 /// An index with its first and last value.
-fn ends_of(counter: &Counter) -> [Formula; 3] {
-    let Counter { index, range } = counter;
-    let symbol = Formula::Symbol(Symbol::of(&index.text));
+fn ends_of(counter: &LoopCounter) -> [Formula; 3] {
+    let LoopCounter { index, range } = counter;
+    let symbol = Formula::Symbol(MathSymbol::from_name(&index.text));
     [symbol, expression(&range.lower), expression(&range.upper)]
 }
 
@@ -312,127 +318,135 @@ fn element<'e>(array: &'e Expr, index: &'e Expr) -> (&'e Expr, Vec<&'e Expr>) {
 
 /// A formula with its indices as one subscript.
 fn indexed(of: Formula, indices: &[&Expr]) -> Formula {
-    let indices = separated(indices.iter().map(|index| expression(index)), Operator::Comma);
+    let indices = separated(indices.iter().map(|index| expression(index)), MathOperator::Comma);
     Formula::Indexed(Box::new(of), Box::new(indices))
 }
 
 /// An element of an array, or a name without indices.
 fn element_named(name: &Name, indices: &[Expr]) -> Formula {
-    let name = Formula::Symbol(Symbol::of(&name.text));
+    let name = Formula::Symbol(MathSymbol::from_name(&name.text));
     if indices.is_empty() { name } else { indexed(name, &indices.iter().collect::<Vec<_>>()) }
 }
 
 /// An item of a loop, once, with the loop's indices.
-fn of_loop(counters: &[Counter], item: &Item) -> Option<Line> {
+fn of_loop(counters: &[LoopCounter], item: &Item) -> Option<FormulaLine> {
     let indexed = |label: &Name| {
         counters.iter().fold(label.text.clone(), |label, c| label + "[" + &c.index.text + "]")
     };
     let line = match &item.kind {
         ItemKind::Let { name, value, .. } => {
-            let index = |c: &Counter| Expr {
+            let index = |c: &LoopCounter| Expr {
                 span: c.index.span,
                 kind: ExprKind::Name(c.index.text.clone()),
             };
             let indices: Vec<Expr> = counters.iter().map(index).collect();
             let left = element_named(name, &indices);
-            Line::Equation { left, right: expression(value), label: None }
+            FormulaLine::Equation { left, right: expression(value), label: None }
         }
         ItemKind::Equation { label, left, right, .. } => {
             let (left, right) = (expression(left), expression(right));
-            Line::Equation { left, right, label: Some(indexed(label)) }
+            FormulaLine::Equation { left, right, label: Some(indexed(label)) }
         }
         ItemKind::Start(StartRule::Equation { label, left, right }) => {
             let (left, right) = (expression(left), expression(right));
             let label = Some(indexed(label) + ", at the start");
-            Line::Equation { left, right, label }
+            FormulaLine::Equation { left, right, label }
         }
         ItemKind::When(reaction) => when(reaction),
-        ItemKind::Every { period, offset, resets } => Line::Transition(Transition {
+        ItemKind::Every { period, offset, resets } => FormulaLine::Transition(FormulaTransition {
             modes: None,
-            occasion: Occasion::Every(expression(period), offset.as_ref().map(expression)),
+            occasion: TransitionOccasion::Every(
+                expression(period),
+                offset.as_ref().map(expression),
+            ),
             resets: resets_of(resets),
         }),
         ItemKind::Saturate { name, indices, side, bound } => {
             let left = element_named(name, indices);
-            Line::Bound { left, side: *side, right: expression(bound) }
+            FormulaLine::Bound { left, side: *side, right: expression(bound) }
         }
         _ => return None,
     };
     Some(line)
 }
 
-fn transition(transition: &ast::Transition) -> Line {
-    Line::Transition(Transition {
+fn transition(transition: &ast::TransitionClause) -> FormulaLine {
+    FormulaLine::Transition(FormulaTransition {
         modes: Some([&transition.from, &transition.to].map(|mode| mode.text.clone())),
         occasion: occasion(&transition.conditions),
         resets: resets_of(&transition.resets),
     })
 }
 
-fn when(reaction: &ast::Reaction) -> Line {
-    Line::Transition(Transition {
+fn when(reaction: &ast::Reaction) -> FormulaLine {
+    FormulaLine::Transition(FormulaTransition {
         modes: None,
         occasion: occasion(&reaction.conditions),
         resets: resets_of(&reaction.resets),
     })
 }
 
-fn occasion(conditions: &[ast::Condition]) -> Occasion {
-    let one = |condition: &ast::Condition| {
+fn occasion(conditions: &[ast::CrossingCondition]) -> TransitionOccasion {
+    let one = |condition: &ast::CrossingCondition| {
         (expression(&condition.left), condition.crossing, expression(&condition.right))
     };
-    Occasion::When(conditions.iter().map(one).collect())
+    TransitionOccasion::When(conditions.iter().map(one).collect())
 }
 
 /// The left side of the definition of a function or a table.
-fn called(name: &Name, arguments: &[Argument]) -> Formula {
-    let symbol = |name: &Name| Formula::Symbol(Symbol::of(&name.text));
-    let arguments = separated(arguments.iter().map(|a| symbol(&a.name)), Operator::Comma);
+fn called(name: &Name, arguments: &[FormalArgument]) -> Formula {
+    let symbol = |name: &Name| Formula::Symbol(MathSymbol::from_name(&name.text));
+    let arguments = separated(arguments.iter().map(|a| symbol(&a.name)), MathOperator::Comma);
     Formula::Row(vec![symbol(name), Formula::Fenced(Fence::Arguments, Box::new(arguments))])
 }
 
 /// The points of a table, or some of many, and its interpolation.
-fn through(n_arguments: usize, points: &Points, attributes: &[Attribute]) -> Formula {
+fn through(n_arguments: usize, points: &TablePoints, attributes: &[Attribute]) -> Formula {
     let shape = attributes.iter().find_map(|attribute| match attribute.kind {
-        AttributeKind::Linear => Some(Shape::Linear),
+        AttributeKind::Linear => Some(TableInterpolation::Linear),
         AttributeKind::Shape(shape) => Some(shape),
         _ => None,
     });
-    let default = if n_arguments == 1 { Shape::Pchip } else { Shape::Linear };
+    let default =
+        if n_arguments == 1 { TableInterpolation::Pchip } else { TableInterpolation::Linear };
     let words = match (shape.unwrap_or(default), n_arguments) {
-        (Shape::Linear, 1) => "lines through",
-        (Shape::Linear, _) => "bilinear through",
-        (Shape::Pchip, _) => "monotone cubics through",
-        (Shape::Natural | Shape::Cubic, _) => "a natural spline through",
+        (TableInterpolation::Linear, 1) => "lines through",
+        (TableInterpolation::Linear, _) => "bilinear through",
+        (TableInterpolation::Pchip, _) => "monotone cubics through",
+        (TableInterpolation::Natural | TableInterpolation::Cubic, _) => "a natural spline through",
     };
     let numbers: Vec<Vec<&Expr>> = match points {
-        Points::Written(points) | Points::File { rows: Some(Ok(points)), .. } => {
+        TablePoints::Written(points) | TablePoints::File { rows: Some(Ok(points)), .. } => {
             points.iter().map(|p| p.numbers.iter().collect()).collect()
         }
-        Points::Columns([x, y]) => {
+        TablePoints::Columns([x, y]) => {
             let value = |k: usize| y.get(k).or(y.last());
             x.iter().enumerate().map(|(k, x)| [x].into_iter().chain(value(k)).collect()).collect()
         }
-        Points::File { .. } => Vec::new(),
+        TablePoints::File { .. } => Vec::new(),
     };
     let point = |numbers: &Vec<&Expr>| {
-        round(separated(numbers.iter().map(|number| expression(number)), Operator::Comma))
+        round(separated(numbers.iter().map(|number| expression(number)), MathOperator::Comma))
     };
     let mut shown: Vec<Formula> = numbers.iter().take(MOST_POINTS).map(point).collect();
     if let Some(last) = numbers.last().filter(|_| numbers.len() > MOST_POINTS) {
         shown.truncate(MOST_POINTS - 2);
         shown.extend([Formula::Words("…"), point(last)]);
     }
-    Formula::Row(vec![Formula::Words(words), separated(shown.into_iter(), Operator::Comma)])
+    Formula::Row(vec![Formula::Words(words), separated(shown.into_iter(), MathOperator::Comma)])
 }
 
 /// The value of a function with a block: its last line, in which the names of the lines above are replaced.
 fn with_lets(body: &Expr, lets: &[ast::LocalLet]) -> Formula {
     let mut row = vec![expression(body)];
     for (k, local) in lets.iter().enumerate() {
-        row.push(if k == 0 { Formula::Words("where") } else { Formula::Operator(Operator::Comma) });
-        row.push(Formula::Symbol(Symbol::of(&local.name.text)));
-        row.push(Formula::Operator(Operator::Equal));
+        row.push(if k == 0 {
+            Formula::Words("where")
+        } else {
+            Formula::Operator(MathOperator::Comma)
+        });
+        row.push(Formula::Symbol(MathSymbol::from_name(&local.name.text)));
+        row.push(Formula::Operator(MathOperator::Equal));
         row.push(expression(&local.value));
     }
     match row.pop() {
@@ -444,16 +458,17 @@ fn with_lets(body: &Expr, lets: &[ast::LocalLet]) -> Formula {
     }
 }
 
-fn resets_of(resets: &[ast::Reset]) -> Vec<(Formula, Formula)> {
-    let one =
-        |reset: &ast::Reset| (element_named(&reset.name, &reset.indices), expression(&reset.value));
+fn resets_of(resets: &[ast::ResetClause]) -> Vec<(Formula, Formula)> {
+    let one = |reset: &ast::ResetClause| {
+        (element_named(&reset.name, &reset.indices), expression(&reset.value))
+    };
     resets.iter().map(one).collect()
 }
 
-impl Symbol {
+impl MathSymbol {
     /// Splits a name at its underscores and before the digits of its first part; the name of the part that owns it
     /// comes last.
-    pub fn of(name: &str) -> Symbol {
+    pub fn from_name(name: &str) -> MathSymbol {
         let (whole, name) = match name.rsplit_once('.') {
             Some((whole, name)) => (Some(whole), name),
             None => (None, name),
@@ -465,7 +480,10 @@ impl Symbol {
         let subscripts = (!digits.is_empty()).then_some(digits).into_iter().chain(parts);
         let subscripts =
             subscripts.chain(whole.into_iter().flat_map(|whole| whole.split(['.', '_'])));
-        Symbol { letters: letters.to_owned(), subscripts: subscripts.map(str::to_owned).collect() }
+        MathSymbol {
+            letters: letters.to_owned(),
+            subscripts: subscripts.map(str::to_owned).collect(),
+        }
     }
 }
 
@@ -514,34 +532,36 @@ pub(super) fn expression(expr: &Expr) -> Formula {
             };
             Formula::Number { digits, exponent, unit: unit.as_ref().map(|unit| unit.text.clone()) }
         }
-        ExprKind::Name(name) if name == "time" => Formula::Symbol(Symbol::of("t")),
-        ExprKind::Name(name) => Formula::Symbol(Symbol::of(name)),
+        ExprKind::Name(name) if name == "time" => Formula::Symbol(MathSymbol::from_name("t")),
+        ExprKind::Name(name) => Formula::Symbol(MathSymbol::from_name(name)),
         ExprKind::Call { function, arguments } => call(&function.text, arguments),
         ExprKind::Element(array, index) => {
             let (array, indices) = element(array, index);
             indexed(expression(array), &indices)
         }
-        ExprKind::List(values) => round(separated(values.iter().map(expression), Operator::Comma)),
+        ExprKind::List(values) => {
+            round(separated(values.iter().map(expression), MathOperator::Comma))
+        }
         ExprKind::Reduce(reduction) => {
             let Reduction { kind, body, counters, .. } = &**reduction;
             let reads_on = is_sum(body) || matches!(body.kind, ExprKind::Compare(..));
             let body = if reads_on { round(expression(body)) } else { expression(body) };
             let counters = counters.iter().map(ends_of).collect();
-            Formula::Over(Box::new(Over { kind: *kind, counters, body }))
+            Formula::Over(Box::new(ReductionRange { kind: *kind, counters, body }))
         }
         ExprKind::Group(inner) => round(expression(inner)),
         ExprKind::Negate(inner) if is_sum(inner) => {
-            before(Operator::Negative, round(expression(inner)))
+            before(MathOperator::Negative, round(expression(inner)))
         }
-        ExprKind::Negate(inner) => before(Operator::Negative, expression(inner)),
+        ExprKind::Negate(inner) => before(MathOperator::Negative, expression(inner)),
         ExprKind::Sum(terms) => {
             let mut row = Vec::with_capacity(2 * terms.len());
             for (i, (sign, term)) in terms.iter().enumerate() {
                 match (i, sign) {
                     (0, Sign::Plus) => {}
-                    (0, Sign::Minus) => row.push(Formula::Operator(Operator::Negative)),
-                    (_, Sign::Plus) => row.push(Formula::Operator(Operator::Plus)),
-                    (_, Sign::Minus) => row.push(Formula::Operator(Operator::Minus)),
+                    (0, Sign::Minus) => row.push(Formula::Operator(MathOperator::Negative)),
+                    (_, Sign::Plus) => row.push(Formula::Operator(MathOperator::Plus)),
+                    (_, Sign::Minus) => row.push(Formula::Operator(MathOperator::Minus)),
                 }
                 row.push(expression(term));
             }
@@ -558,16 +578,16 @@ pub(super) fn expression(expr: &Expr) -> Formula {
         })),
         ExprKind::Compare(comparison, left, right) => {
             let sign = match comparison {
-                Comparison::Less => Operator::Less,
-                Comparison::LessEqual => Operator::LessEqual,
-                Comparison::Greater => Operator::Greater,
-                Comparison::GreaterEqual => Operator::GreaterEqual,
+                Comparison::Less => MathOperator::Less,
+                Comparison::LessEqual => MathOperator::LessEqual,
+                Comparison::Greater => MathOperator::Greater,
+                Comparison::GreaterEqual => MathOperator::GreaterEqual,
             };
             Formula::Row(vec![expression(left), Formula::Operator(sign), expression(right)])
         }
-        ExprKind::And(parts) => separated(parts.iter().map(expression), Operator::And),
-        ExprKind::Or(parts) => separated(parts.iter().map(expression), Operator::Or),
-        ExprKind::Not(inner) => before(Operator::Not, expression(inner)),
+        ExprKind::And(parts) => separated(parts.iter().map(expression), MathOperator::And),
+        ExprKind::Or(parts) => separated(parts.iter().map(expression), MathOperator::Or),
+        ExprKind::Not(inner) => before(MathOperator::Not, expression(inner)),
     }
 }
 
@@ -577,21 +597,21 @@ fn is_sum(expr: &Expr) -> bool {
 }
 
 /// Factors before the first division, and those multiplied later, are above the bar.
-fn product(factors: &[(Factor, Expr)]) -> Formula {
-    let is_quotient = factors.iter().any(|(factor, _)| *factor == Factor::Over);
-    let side = |wanted: Factor| {
+fn product(factors: &[(FactorSide, Expr)]) -> Formula {
+    let is_quotient = factors.iter().any(|(factor, _)| *factor == FactorSide::Over);
+    let side = |wanted: FactorSide| {
         let parts: Vec<&Expr> =
             factors.iter().filter(|(factor, _)| *factor == wanted).map(|(_, e)| e).collect();
         match parts[..] {
             // A lone factor needs no brackets next to a bar.
             [only] if is_quotient => expression(bare(only)),
-            _ => separated(parts.into_iter().map(expression), Operator::Times),
+            _ => separated(parts.into_iter().map(expression), MathOperator::Times),
         }
     };
     if is_quotient {
-        Formula::Fraction(Box::new(side(Factor::Times)), Box::new(side(Factor::Over)))
+        Formula::Fraction(Box::new(side(FactorSide::Times)), Box::new(side(FactorSide::Over)))
     } else {
-        side(Factor::Times)
+        side(FactorSide::Times)
     }
 }
 
@@ -633,53 +653,56 @@ static WELL_KNOWN: &[(&str, &str, Option<&str>)] = &[
 ];
 
 fn call(function: &str, arguments: &[Expr]) -> Formula {
-    let list = separated(arguments.iter().map(expression), Operator::Comma);
+    let list = separated(arguments.iter().map(expression), MathOperator::Comma);
     let name = match (function, arguments) {
         ("der", [Expr { kind: ExprKind::Name(name), .. }]) => {
-            return Formula::Dot(Symbol::of(name));
+            return Formula::Dot(MathSymbol::from_name(name));
         }
         ("der", [Expr { kind: ExprKind::Element(array, index), .. }])
             if matches!(element(array, index).0.kind, ExprKind::Name(_)) =>
         {
             let (array, indices) = element(array, index);
             let ExprKind::Name(name) = &array.kind else { unreachable!("asked above") };
-            return indexed(Formula::Dot(Symbol::of(name)), &indices);
+            return indexed(Formula::Dot(MathSymbol::from_name(name)), &indices);
         }
-        ("delay", [x, tau]) => return late(x, tau),
+        ("delay", [x, tau]) => return delayed(x, tau),
         ("sqrt", _) => return Formula::Root(Box::new(list)),
         ("abs", _) => return Formula::Fenced(Fence::Bars, Box::new(list)),
         ("floor", [_]) => return Formula::Fenced(Fence::Floor, Box::new(list)),
         ("ceil", [_]) => return Formula::Fenced(Fence::Ceiling, Box::new(list)),
         _ => match WELL_KNOWN.iter().find(|(spelling, ..)| *spelling == function) {
             Some((_, name, foot)) => Formula::Function(name, *foot),
-            None => Formula::Symbol(Symbol::of(function)),
+            None => Formula::Symbol(MathSymbol::from_name(function)),
         },
     };
     Formula::Row(vec![name, round(list)])
 }
 
 /// x(t − τ), with brackets around an x that is not a name.
-fn late(x: &Expr, tau: &Expr) -> Formula {
+fn delayed(x: &Expr, tau: &Expr) -> Formula {
     let (x, tau) = (bare(x), bare(tau));
     let base = match x.kind {
         ExprKind::Name(_) => expression(x),
         _ => round(expression(x)),
     };
     let lag = if is_sum(tau) { round(expression(tau)) } else { expression(tau) };
-    let t = Formula::Symbol(Symbol::of("t"));
-    Formula::Row(vec![base, round(Formula::Row(vec![t, Formula::Operator(Operator::Minus), lag]))])
+    let t = Formula::Symbol(MathSymbol::from_name("t"));
+    Formula::Row(vec![
+        base,
+        round(Formula::Row(vec![t, Formula::Operator(MathOperator::Minus), lag])),
+    ])
 }
 
 fn round(inner: Formula) -> Formula {
     Formula::Fenced(Fence::Round, Box::new(inner))
 }
 
-fn before(sign: Operator, part: Formula) -> Formula {
+fn before(sign: MathOperator, part: Formula) -> Formula {
     Formula::Row(vec![Formula::Operator(sign), part])
 }
 
 /// Parts separated by a sign; a single part stays as it is.
-fn separated(parts: impl Iterator<Item = Formula>, sign: Operator) -> Formula {
+fn separated(parts: impl Iterator<Item = Formula>, sign: MathOperator) -> Formula {
     let mut row = Vec::new();
     for part in parts {
         if !row.is_empty() {

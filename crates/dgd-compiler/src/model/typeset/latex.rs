@@ -3,10 +3,11 @@
 use std::fmt::Write;
 
 use super::formula::{
-    self, Fence, Formula, GREEK, Line, Occasion, Operator, Over, Symbol, Transition,
+    self, Fence, Formula, FormulaLine, FormulaTransition, GREEK, MathOperator, MathSymbol,
+    ReductionRange, TransitionOccasion,
 };
 use crate::model::Model;
-use crate::syntax::ast::{Ast, Bound, Reducing};
+use crate::syntax::ast::{Ast, BoundSide, ReductionOperation};
 
 /// Writes the model's equations, ready for a document that uses `amsmath`.
 pub fn write(asts: &[Ast], model: &Model) -> String {
@@ -23,7 +24,7 @@ pub fn write(asts: &[Ast], model: &Model) -> String {
 pub fn equations(asts: &[Ast], model: &Model, label: &str) -> Vec<String> {
     let lines = formula::lines(asts, model);
     let labelled = lines.iter().filter_map(|line| match line {
-        Line::Equation { left, right, label: Some(own) } if own == label => {
+        FormulaLine::Equation { left, right, label: Some(own) } if own == label => {
             Some(format!("{} = {}", formula(left), formula(right)))
         }
         _ => None,
@@ -31,43 +32,43 @@ pub fn equations(asts: &[Ast], model: &Model, label: &str) -> Vec<String> {
     labelled.collect()
 }
 
-pub(super) fn line(line: &Line) -> String {
+pub(super) fn line(line: &FormulaLine) -> String {
     match line {
-        Line::Equation { left, right, label } => {
+        FormulaLine::Equation { left, right, label } => {
             let mut text = format!("{} &= {}", formula(left), formula(right));
             if let Some(label) = label {
                 let _ = write!(text, " \\tag{{{}}}", escaped(label));
             }
             text
         }
-        Line::Mode(name) => format!("&{}", upright(&format!("{name}:"))),
-        Line::Transition(line) => transition(line),
-        Line::Bound { left, side, right } => {
+        FormulaLine::Mode(name) => format!("&{}", upright(&format!("{name}:"))),
+        FormulaLine::Transition(line) => transition(line),
+        FormulaLine::Bound { left, side, right } => {
             let sign = match side {
-                Bound::Lower => "\\ge",
-                Bound::Upper => "\\le",
+                BoundSide::Lower => "\\ge",
+                BoundSide::Upper => "\\le",
             };
             format!("{} &{sign} {}", formula(left), formula(right))
         }
     }
 }
 
-fn transition(Transition { modes, occasion, resets }: &Transition) -> String {
+fn transition(FormulaTransition { modes, occasion, resets }: &FormulaTransition) -> String {
     let mut text = match (modes, occasion) {
         (Some([from, to]), _) => {
             format!("&{} \\to {} \\text{{ when }} ", upright(from), upright(to))
         }
-        (None, Occasion::When(_)) => "&\\text{when } ".to_owned(),
-        (None, Occasion::Every(..)) => "&\\text{every } ".to_owned(),
+        (None, TransitionOccasion::When(_)) => "&\\text{when } ".to_owned(),
+        (None, TransitionOccasion::Every(..)) => "&\\text{every } ".to_owned(),
     };
     match occasion {
-        Occasion::Every(period, offset) => {
+        TransitionOccasion::Every(period, offset) => {
             text.push_str(&formula(period));
             if let Some(offset) = offset {
                 let _ = write!(text, " \\text{{ offset }} {}", formula(offset));
             }
         }
-        Occasion::When(conditions) => {
+        TransitionOccasion::When(conditions) => {
             for (k, (left, crossing, right)) in conditions.iter().enumerate() {
                 text.push_str(if k == 0 { "" } else { " \\text{ or } " });
                 let crosses = crossing.words();
@@ -168,15 +169,18 @@ fn write_formula(text: &mut String, formula: &Formula) -> std::fmt::Result {
 }
 
 /// Σ with limits below and above, or a function with its indices as a subscript.
-fn write_over(text: &mut String, Over { kind, counters, body }: &Over) -> std::fmt::Result {
+fn write_over(
+    text: &mut String,
+    ReductionRange { kind, counters, body }: &ReductionRange,
+) -> std::fmt::Result {
     let sign = match kind {
-        Reducing::Sum => "\\sum",
-        Reducing::Product => "\\prod",
-        Reducing::Least => "\\min",
-        Reducing::Greatest => "\\max",
-        Reducing::Mean => "\\operatorname{mean}",
+        ReductionOperation::Sum => "\\sum",
+        ReductionOperation::Product => "\\prod",
+        ReductionOperation::Least => "\\min",
+        ReductionOperation::Greatest => "\\max",
+        ReductionOperation::Mean => "\\operatorname{mean}",
     };
-    let has_ends = matches!(kind, Reducing::Sum | Reducing::Product);
+    let has_ends = matches!(kind, ReductionOperation::Sum | ReductionOperation::Product);
     for [index, first, last] in counters {
         if has_ends {
             write_parts(text, &[&format!("{sign}_{{"), " = ", "}^{", "} "], &[index, first, last])?;
@@ -203,25 +207,25 @@ fn write_parts(text: &mut String, around: &[&str], parts: &[&Formula]) -> std::f
 const KNOWN: [&str; 11] =
     ["ln", "log", "sin", "cos", "tan", "exp", "sinh", "cosh", "tanh", "min", "max"];
 
-fn sign(operator: Operator) -> &'static str {
+fn sign(operator: MathOperator) -> &'static str {
     match operator {
-        Operator::Plus => " + ",
-        Operator::Minus => " - ",
-        Operator::Negative => "-",
-        Operator::Times => " \\, ",
-        Operator::Comma => ", ",
-        Operator::Equal => " = ",
-        Operator::Less => " < ",
-        Operator::LessEqual => " \\le ",
-        Operator::Greater => " > ",
-        Operator::GreaterEqual => " \\ge ",
-        Operator::And => " \\land ",
-        Operator::Or => " \\lor ",
-        Operator::Not => "\\lnot ",
+        MathOperator::Plus => " + ",
+        MathOperator::Minus => " - ",
+        MathOperator::Negative => "-",
+        MathOperator::Times => " \\, ",
+        MathOperator::Comma => ", ",
+        MathOperator::Equal => " = ",
+        MathOperator::Less => " < ",
+        MathOperator::LessEqual => " \\le ",
+        MathOperator::Greater => " > ",
+        MathOperator::GreaterEqual => " \\ge ",
+        MathOperator::And => " \\land ",
+        MathOperator::Or => " \\lor ",
+        MathOperator::Not => "\\lnot ",
     }
 }
 
-fn write_symbol(text: &mut String, symbol: &Symbol) -> std::fmt::Result {
+fn write_symbol(text: &mut String, symbol: &MathSymbol) -> std::fmt::Result {
     write_letters(text, &symbol.letters)?;
     write_subscripts(text, &symbol.subscripts)
 }

@@ -6,14 +6,16 @@
 
 use std::fmt::Write;
 
-use super::formula::{Documented, Formula, Line, Symbol, documented, expression, for_each_item};
+use super::formula::{
+    DocumentedLine, Formula, FormulaLine, MathSymbol, documented, expression, for_each_item,
+};
 use super::latex;
 use crate::diagnostics::Diagnostics;
 use crate::model::Model;
 use crate::parts;
 use crate::syntax::ast::{
-    ArrayKind, Ast, Attribute, AttributeKind, Axis, Beyond, Expr, Item, ItemKind, Name, Points,
-    Unit, UnknownKind,
+    ArrayAxis, ArrayKind, Ast, Attribute, AttributeKind, Expr, Item, ItemKind, Name,
+    TableExtrapolation, TablePoints, UnknownKind, WrittenUnit,
 };
 
 /// Writes the page of a model that is in the file at `path`.
@@ -22,7 +24,7 @@ pub fn write(asts: &[Ast], model: &Model, path: &str) -> String {
     push_doc(&mut text, &model.doc);
     // The model was made from these trees, so they expand without errors.
     let expanded = parts::expand(asts, &mut Diagnostics::default());
-    let mut declarations = Declarations::default();
+    let mut declarations = DeclarationRows::default();
     for ast in expanded.iter().flat_map(|expanded| expanded.asts.iter()).rev() {
         for_each_item(&ast.items, model, &mut |item| declarations.add(item));
     }
@@ -34,7 +36,7 @@ pub fn write(asts: &[Ast], model: &Model, path: &str) -> String {
         }
     }
     let lines = documented(asts, model);
-    let (outputs, equations): (Vec<Documented>, Vec<Documented>) =
+    let (outputs, equations): (Vec<DocumentedLine>, Vec<DocumentedLine>) =
         lines.into_iter().partition(|line| line.is_output);
     for (title, lines) in [("Equations", equations), ("What the outputs are", outputs)] {
         if !lines.is_empty() {
@@ -77,7 +79,7 @@ fn push_run(text: &mut String, model: &Model, path: &str) {
 }
 
 /// Rows of the tables, heads first.
-struct Declarations {
+struct DeclarationRows {
     inputs: Vec<Vec<String>>,
     unknowns: Vec<Vec<String>>,
     parameters: Vec<Vec<String>>,
@@ -87,7 +89,7 @@ struct Declarations {
     units: Vec<Vec<String>>,
 }
 
-impl Default for Declarations {
+impl Default for DeclarationRows {
     fn default() -> Self {
         let heads = |heads: &[&str]| vec![heads.iter().map(|&head| head.to_owned()).collect()];
         Self {
@@ -102,7 +104,7 @@ impl Default for Declarations {
     }
 }
 
-impl Declarations {
+impl DeclarationRows {
     fn tables(self) -> [(&'static str, Vec<Vec<String>>); 7] {
         [
             ("Inputs", self.inputs),
@@ -117,7 +119,7 @@ impl Declarations {
 
     fn add(&mut self, item: &Item) {
         let doc = inline_doc(&item.doc);
-        let first = |name: &Name, unit: &Option<Unit>| {
+        let first = |name: &Name, unit: &Option<WrittenUnit>| {
             let unit = unit.as_ref().map_or("1", |unit| &unit.text);
             [symbol(&name.text), format!("`{}`", name.text), cell(unit)]
         };
@@ -132,7 +134,7 @@ impl Declarations {
             }
             ItemKind::Array { declared, name, axes, unit, start, attributes } => {
                 let [symbol, _, unit] = first(name, unit);
-                let range = |Axis { range, .. }: &Axis| {
+                let range = |ArrayAxis { range, .. }: &ArrayAxis| {
                     format!("{} to {}", math(&range.lower), math(&range.upper))
                 };
                 let ranges: Vec<String> = axes.iter().map(range).collect();
@@ -188,15 +190,15 @@ impl Declarations {
                 });
                 let arguments = arguments.collect::<Vec<_>>().join(", ");
                 let n = match points {
-                    Points::Written(points) => points.len(),
-                    Points::Columns([x, _]) => x.len(),
-                    Points::File { rows, .. } => rows.iter().flatten().flatten().count(),
+                    TablePoints::Written(points) => points.len(),
+                    TablePoints::Columns([x, _]) => x.len(),
+                    TablePoints::File { rows, .. } => rows.iter().flatten().flatten().count(),
                 };
                 let beyond = attributes.iter().find_map(|attribute| match attribute.kind {
                     AttributeKind::Beyond(beyond) => Some(beyond),
                     _ => None,
                 });
-                let beyond = beyond.unwrap_or(Beyond::Refuse).word().to_owned();
+                let beyond = beyond.unwrap_or(TableExtrapolation::Refuse).word().to_owned();
                 self.curves.push(vec![symbol, name, arguments, unit, n.to_string(), beyond, doc]);
             }
             ItemKind::Output { name, unit, attributes, .. } => {
@@ -253,7 +255,7 @@ fn bounds(attributes: &[Attribute]) -> String {
 }
 
 /// Blocks of equations; a line with a doc comment starts a new block after it.
-fn push_equations(text: &mut String, lines: &[Documented]) {
+fn push_equations(text: &mut String, lines: &[DocumentedLine]) {
     let mut from = 0;
     while from < lines.len() {
         let more = lines[from + 1..].iter().take_while(|line| line.doc.is_empty()).count();
@@ -270,14 +272,16 @@ fn push_equations(text: &mut String, lines: &[Documented]) {
 }
 
 /// A line, followed by its label and the indices for which it holds.
-fn row(Documented { line, counters, .. }: &Documented) -> String {
+fn row(DocumentedLine { line, counters, .. }: &DocumentedLine) -> String {
     let (mut text, label) = match line {
-        Line::Equation { left, right, label } => {
+        FormulaLine::Equation { left, right, label } => {
             let unlabelled =
-                Line::Equation { left: left.clone(), right: right.clone(), label: None };
+                FormulaLine::Equation { left: left.clone(), right: right.clone(), label: None };
             (latex::line(&unlabelled), label.as_deref())
         }
-        Line::Mode(_) | Line::Transition(_) | Line::Bound { .. } => (latex::line(line), None),
+        FormulaLine::Mode(_) | FormulaLine::Transition(_) | FormulaLine::Bound { .. } => {
+            (latex::line(line), None)
+        }
     };
     for [index, first, last] in counters {
         let [index, first, last] = [index, first, last].map(latex::formula);
@@ -313,7 +317,7 @@ fn push_table(text: &mut String, rows: &[Vec<String>]) {
 }
 
 fn symbol(name: &str) -> String {
-    inline(&Formula::Symbol(Symbol::of(name)))
+    inline(&Formula::Symbol(MathSymbol::from_name(name)))
 }
 
 fn math(expr: &Expr) -> String {

@@ -5,23 +5,26 @@
 use std::fmt::Write;
 
 use super::formula::{
-    Cases, Fence, Formula, GREEK, Line, Occasion, Operator, Over, Symbol, Transition,
+    Cases, Fence, Formula, FormulaLine, FormulaTransition, GREEK, MathOperator, MathSymbol,
+    ReductionRange, TransitionOccasion,
 };
-use crate::syntax::ast::{Bound, Reducing};
+use crate::syntax::ast::{BoundSide, ReductionOperation};
 
 /// One line as a `<math>` element; its label is left to the caller.
-pub fn write(line: &Line) -> String {
+pub fn write(line: &FormulaLine) -> String {
     // Fractions at full size, even if the element is inline.
     let mut text = "<math displaystyle=\"true\">".to_owned();
     // Writing to a string cannot fail.
     let _ = match line {
-        Line::Equation { left, right, label: _ } => write_equality(&mut text, left, "=", right),
-        Line::Mode(name) => write!(text, "<mtext>{}:</mtext>", escaped(name)),
-        Line::Transition(transition) => write_transition(&mut text, transition),
-        Line::Bound { left, side, right } => {
+        FormulaLine::Equation { left, right, label: _ } => {
+            write_equality(&mut text, left, "=", right)
+        }
+        FormulaLine::Mode(name) => write!(text, "<mtext>{}:</mtext>", escaped(name)),
+        FormulaLine::Transition(transition) => write_transition(&mut text, transition),
+        FormulaLine::Bound { left, side, right } => {
             let sign = match side {
-                Bound::Lower => "≥",
-                Bound::Upper => "≤",
+                BoundSide::Lower => "≥",
+                BoundSide::Upper => "≤",
             };
             write_equality(&mut text, left, sign, right)
         }
@@ -41,25 +44,25 @@ fn write_equality(
     write_formula(text, right)
 }
 
-fn write_transition(text: &mut String, transition: &Transition) -> std::fmt::Result {
-    let Transition { modes, occasion, resets } = transition;
+fn write_transition(text: &mut String, transition: &FormulaTransition) -> std::fmt::Result {
+    let FormulaTransition { modes, occasion, resets } = transition;
     match (modes, occasion) {
         (Some([from, to]), _) => {
             let (from, to) = (escaped(from), escaped(to));
             write!(text, "<mtext>{from}</mtext><mo>→</mo><mtext>{to} when </mtext>")?;
         }
-        (None, Occasion::When(_)) => text.push_str("<mtext>when </mtext>"),
-        (None, Occasion::Every(..)) => text.push_str("<mtext>every </mtext>"),
+        (None, TransitionOccasion::When(_)) => text.push_str("<mtext>when </mtext>"),
+        (None, TransitionOccasion::Every(..)) => text.push_str("<mtext>every </mtext>"),
     }
     match occasion {
-        Occasion::Every(period, offset) => {
+        TransitionOccasion::Every(period, offset) => {
             write_formula(text, period)?;
             if let Some(offset) = offset {
                 text.push_str("<mtext> offset </mtext>");
                 write_formula(text, offset)?;
             }
         }
-        Occasion::When(conditions) => {
+        TransitionOccasion::When(conditions) => {
             for (k, (left, crossing, right)) in conditions.iter().enumerate() {
                 text.push_str(if k == 0 { "" } else { "<mtext> or </mtext>" });
                 write_formula(text, left)?;
@@ -143,15 +146,18 @@ fn write_formula(text: &mut String, formula: &Formula) -> std::fmt::Result {
 }
 
 /// Σ with limits below and above, or a function with its indices as a subscript.
-fn write_over(text: &mut String, Over { kind, counters, body }: &Over) -> std::fmt::Result {
+fn write_over(
+    text: &mut String,
+    ReductionRange { kind, counters, body }: &ReductionRange,
+) -> std::fmt::Result {
     let sign = match kind {
-        Reducing::Sum => "<mo>∑</mo>",
-        Reducing::Product => "<mo>∏</mo>",
-        Reducing::Least => "<mi mathvariant=\"normal\">min</mi>",
-        Reducing::Greatest => "<mi mathvariant=\"normal\">max</mi>",
-        Reducing::Mean => "<mi mathvariant=\"normal\">mean</mi>",
+        ReductionOperation::Sum => "<mo>∑</mo>",
+        ReductionOperation::Product => "<mo>∏</mo>",
+        ReductionOperation::Least => "<mi mathvariant=\"normal\">min</mi>",
+        ReductionOperation::Greatest => "<mi mathvariant=\"normal\">max</mi>",
+        ReductionOperation::Mean => "<mi mathvariant=\"normal\">mean</mi>",
     };
-    let has_ends = matches!(kind, Reducing::Sum | Reducing::Product);
+    let has_ends = matches!(kind, ReductionOperation::Sum | ReductionOperation::Product);
     text.push_str("<mrow>");
     for [index, first, last] in counters {
         let element = if has_ends { "munderover" } else { "munder" };
@@ -187,29 +193,29 @@ fn write_cases(text: &mut String, cases: &Cases) -> std::fmt::Result {
     write!(text, "<mtd><mtext>otherwise</mtext></mtd></mtr></mtable></mrow>")
 }
 
-fn sign(operator: Operator) -> &'static str {
+fn sign(operator: MathOperator) -> &'static str {
     match operator {
-        Operator::Plus => "<mo>+</mo>",
-        Operator::Minus => "<mo>−</mo>",
-        Operator::Negative => "<mo form=\"prefix\">−</mo>",
+        MathOperator::Plus => "<mo>+</mo>",
+        MathOperator::Minus => "<mo>−</mo>",
+        MathOperator::Negative => "<mo form=\"prefix\">−</mo>",
         // Invisible times, with the width of a thin space.
-        Operator::Times => "<mo lspace=\"0\" rspace=\"0.17em\">\u{2062}</mo>",
-        Operator::Comma => "<mo>,</mo>",
-        Operator::Equal => "<mo>=</mo>",
-        Operator::Less => "<mo>&lt;</mo>",
-        Operator::LessEqual => "<mo>≤</mo>",
-        Operator::Greater => "<mo>&gt;</mo>",
-        Operator::GreaterEqual => "<mo>≥</mo>",
-        Operator::And => "<mo>∧</mo>",
-        Operator::Or => "<mo>∨</mo>",
-        Operator::Not => "<mo form=\"prefix\">¬</mo>",
+        MathOperator::Times => "<mo lspace=\"0\" rspace=\"0.17em\">\u{2062}</mo>",
+        MathOperator::Comma => "<mo>,</mo>",
+        MathOperator::Equal => "<mo>=</mo>",
+        MathOperator::Less => "<mo>&lt;</mo>",
+        MathOperator::LessEqual => "<mo>≤</mo>",
+        MathOperator::Greater => "<mo>&gt;</mo>",
+        MathOperator::GreaterEqual => "<mo>≥</mo>",
+        MathOperator::And => "<mo>∧</mo>",
+        MathOperator::Or => "<mo>∨</mo>",
+        MathOperator::Not => "<mo form=\"prefix\">¬</mo>",
     }
 }
 
 /// The base, written by `base`, with the symbol's subscripts.
 fn write_symbol(
     text: &mut String,
-    Symbol { letters, subscripts }: &Symbol,
+    MathSymbol { letters, subscripts }: &MathSymbol,
     base: fn(&mut String, &str) -> std::fmt::Result,
 ) -> std::fmt::Result {
     if subscripts.is_empty() {
@@ -257,12 +263,12 @@ mod tests {
     use crate::diagnostics::Diagnostics;
     use crate::model::typeset::formula::lines;
     use crate::model::{ModelOptions, resolve};
-    use crate::source::{Source, Sources};
+    use crate::source::{SourceMap, SourceText};
     use crate::syntax::parse;
 
     fn typeset(text: &str) -> Vec<String> {
-        let (mut sources, mut diagnostics) = (Sources::default(), Diagnostics::default());
-        let id = sources.add(Source { name: "m".to_owned(), text: text.to_owned() });
+        let (mut sources, mut diagnostics) = (SourceMap::default(), Diagnostics::default());
+        let id = sources.add(SourceText { name: "m".to_owned(), text: text.to_owned() });
         let ast = parse(id, &sources, &mut diagnostics).expect("it is syntax");
         let asts = [ast];
         let model = resolve(&asts, &ModelOptions::default(), &mut diagnostics).expect("a model");

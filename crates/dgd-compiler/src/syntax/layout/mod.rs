@@ -10,8 +10,8 @@
 
 use super::parse::is_keyword;
 use super::parse::lexical::{self, RESERVED, Token, TokenKind};
-use crate::diagnostics::{Diagnostics, Reported};
-use crate::source::{Source, SourceId, Sources};
+use crate::diagnostics::{Diagnostics, ErrorReported};
+use crate::source::{SourceId, SourceMap, SourceText};
 
 /// Blanks per open brace.
 const INDENT: usize = 2;
@@ -25,24 +25,24 @@ const DEEPEST: usize = 64;
 const WIDEST_CELL: usize = 48;
 
 /// A text made by editing a source, formatted if the source was: an author's own layout is preserved.
-pub fn like(original: SourceId, sources: &Sources, edited: String) -> String {
+pub fn like(original: SourceId, sources: &SourceMap, edited: String) -> String {
     let mut unread = Diagnostics::default();
     let was_laid_out = format(original, sources, &mut unread)
         .is_ok_and(|canonical| canonical == sources.get(original).text);
     if !was_laid_out {
         return edited;
     }
-    let mut sources_of_text = Sources::default();
-    let id = sources_of_text.add(Source { name: String::new(), text: edited.clone() });
+    let mut sources_of_text = SourceMap::default();
+    let id = sources_of_text.add(SourceText { name: String::new(), text: edited.clone() });
     format(id, &sources_of_text, &mut unread).unwrap_or(edited)
 }
 
 /// Formats a source. Fails only if it cannot be split into tokens.
 pub fn format(
     source: SourceId,
-    sources: &Sources,
+    sources: &SourceMap,
     diagnostics: &mut Diagnostics,
-) -> Result<String, Reported> {
+) -> Result<String, ErrorReported> {
     let mut problems = Diagnostics::default();
     let text = sources.get(source).text.as_str();
     let tokens = lexical::tokens(source, sources, &mut problems);
@@ -59,13 +59,13 @@ pub fn format(
 
 /// A line of the source.
 #[derive(Default)]
-struct Line {
+struct LayoutLine {
     /// Blanks before it.
     indent: usize,
     /// The code in cells; a line that is not in columns has one.
-    cells: Vec<(Column, String)>,
+    cells: Vec<(ItemColumn, String)>,
     /// The group of lines that it forms columns with.
-    group: Option<Group>,
+    group: Option<LineGroup>,
     /// The code after layout.
     code: String,
     /// Comment at the end, or alone.
@@ -76,7 +76,7 @@ struct Line {
 
 /// The columns of items, from left to right.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-enum Column {
+enum ItemColumn {
     /// Keyword and name, or name of a choice.
     Head,
     /// The unit.
@@ -87,11 +87,12 @@ enum Column {
     Attributes,
 }
 
-const COLUMNS: [Column; 4] = [Column::Head, Column::Unit, Column::Value, Column::Attributes];
+const COLUMNS: [ItemColumn; 4] =
+    [ItemColumn::Head, ItemColumn::Unit, ItemColumn::Value, ItemColumn::Attributes];
 
 /// Lines of one group form columns when they follow each other.
 #[derive(Debug, Clone, PartialEq, Eq)]
-enum Group {
+enum LineGroup {
     /// Items with this keyword.
     Item(String),
     /// `NAME { … }`
@@ -118,18 +119,18 @@ struct SpacedToken {
     token: Token,
     /// Whether a blank stands before it within a line.
     blank: bool,
-    class: Before,
+    class: PrecedingToken,
 }
 
-fn lines(text: &str, tokens: &[Token]) -> Vec<Line> {
+fn lines(text: &str, tokens: &[Token]) -> Vec<LayoutLine> {
     let ends = lexical::item_ends(tokens, text);
     let mut lines = Vec::new();
     let mut spacing =
-        Spacing { text, before: Before::Start, open: 0, is_loop: false, reduction: None };
+        Spacing { text, before: PrecedingToken::Start, open: 0, is_loop: false, reduction: None };
     let mut depth = 0_usize;
     // Whether the line continues the item of the line above.
     let mut continued = false;
-    let mut line = Line::default();
+    let mut line = LayoutLine::default();
     let mut code: Vec<SpacedToken> = Vec::new();
     let mut line_start = 0;
 
@@ -185,13 +186,17 @@ fn lines(text: &str, tokens: &[Token]) -> Vec<Line> {
 }
 
 /// The code in cells that begin at these tokens; the first begins at token 0.
-fn cells(text: &str, code: &[SpacedToken], starts: &[(Column, usize)]) -> Vec<(Column, String)> {
-    let mut cells: Vec<(Column, String)> = Vec::new();
+fn cells(
+    text: &str,
+    code: &[SpacedToken],
+    starts: &[(ItemColumn, usize)],
+) -> Vec<(ItemColumn, String)> {
+    let mut cells: Vec<(ItemColumn, String)> = Vec::new();
     for (i, placed) in code.iter().enumerate() {
         let start = starts.iter().find(|(_, start)| *start == i).map(|(column, _)| *column);
         match (start, cells.last_mut()) {
             (Some(column), _) => cells.push((column, placed.token.text(text).to_owned())),
-            (None, None) => cells.push((Column::Head, placed.token.text(text).to_owned())),
+            (None, None) => cells.push((ItemColumn::Head, placed.token.text(text).to_owned())),
             (None, Some((_, cell))) => {
                 if placed.blank {
                     cell.push(' ');
@@ -204,7 +209,7 @@ fn cells(text: &str, code: &[SpacedToken], starts: &[(Column, usize)]) -> Vec<(C
 }
 
 /// The cells of a line that is an item, and its group.
-fn in_columns(text: &str, code: &[SpacedToken]) -> (Option<Group>, Vec<(Column, String)>) {
+fn in_columns(text: &str, code: &[SpacedToken]) -> (Option<LineGroup>, Vec<(ItemColumn, String)>) {
     let kind = |i: usize| code.get(i).map(|placed: &SpacedToken| placed.token.kind);
     let word = |i: usize| code.get(i).map_or("", |placed| placed.token.text(text));
 
@@ -212,8 +217,8 @@ fn in_columns(text: &str, code: &[SpacedToken]) -> (Option<Group>, Vec<(Column, 
         |p: &&SpacedToken| matches!(p.token.kind, TokenKind::OpenBrace | TokenKind::CloseBrace);
     if kind(0) == Some(TokenKind::Name) && kind(1) == Some(TokenKind::OpenBrace) {
         let is_one_line = kind(code.len() - 1) == Some(TokenKind::CloseBrace);
-        let group = is_one_line.then_some(Group::Choice);
-        return (group, cells(text, code, &[(Column::Value, 1)]));
+        let group = is_one_line.then_some(LineGroup::Choice);
+        return (group, cells(text, code, &[(ItemColumn::Value, 1)]));
     }
     if kind(0) != Some(TokenKind::Name)
         || !IN_COLUMNS.contains(&word(0))
@@ -227,7 +232,7 @@ fn in_columns(text: &str, code: &[SpacedToken]) -> (Option<Group>, Vec<(Column, 
     let declared = 2 + 2 * points;
     let mut starts = Vec::new();
     let mut open = 0_usize;
-    let mut last_column = Column::Head;
+    let mut last_column = ItemColumn::Head;
     let separator = if word(0) == "equation" { TokenKind::Colon } else { TokenKind::Equal };
     for (i, placed) in code.iter().enumerate() {
         let column = match placed.token.kind {
@@ -242,17 +247,17 @@ fn in_columns(text: &str, code: &[SpacedToken]) -> (Option<Group>, Vec<(Column, 
             TokenKind::Unit
                 if (declared..i).all(|between| kind(between) == Some(TokenKind::Index)) =>
             {
-                (Column::Unit, i)
+                (ItemColumn::Unit, i)
             }
-            kind if kind == separator && separator == TokenKind::Equal => (Column::Value, i),
-            kind if kind == separator => (Column::Value, i + 1),
+            kind if kind == separator && separator == TokenKind::Equal => (ItemColumn::Value, i),
+            kind if kind == separator => (ItemColumn::Value, i + 1),
             TokenKind::Name
                 if i > 1
-                    && placed.class == Before::Word
+                    && placed.class == PrecedingToken::Word
                     && separator == TokenKind::Equal
                     && !RESERVED.contains(&word(i)) =>
             {
-                (Column::Attributes, i)
+                (ItemColumn::Attributes, i)
             }
             _ => continue,
         };
@@ -262,11 +267,11 @@ fn in_columns(text: &str, code: &[SpacedToken]) -> (Option<Group>, Vec<(Column, 
             starts.push(column);
         }
     }
-    (Some(Group::Item(word(0).to_owned())), cells(text, code, &starts))
+    (Some(LineGroup::Item(word(0).to_owned())), cells(text, code, &starts))
 }
 
 /// Writes the code of every line, in columns for consecutive lines of one group.
-fn align(lines: &mut [Line]) {
+fn align(lines: &mut [LayoutLine]) {
     let mut rest = lines;
     while let Some(first) = rest.first() {
         let (group, indent) = (&first.group, first.indent);
@@ -280,7 +285,7 @@ fn align(lines: &mut [Line]) {
     }
 }
 
-fn write_columns(run: &mut [Line]) {
+fn write_columns(run: &mut [LayoutLine]) {
     let length = |cell: &str| cell.chars().count();
     // Start of every column, and the blanks before it.
     let mut starts = [(0, 0); COLUMNS.len()];
@@ -294,11 +299,11 @@ fn write_columns(run: &mut [Line]) {
             continue;
         };
         let gap = match column {
-            Column::Head => 0,
-            Column::Unit | Column::Value => 1,
-            Column::Attributes => 1 + usize::from(has_value),
+            ItemColumn::Head => 0,
+            ItemColumn::Unit | ItemColumn::Value => 1,
+            ItemColumn::Attributes => 1 + usize::from(has_value),
         };
-        has_value |= column == Column::Value;
+        has_value |= column == ItemColumn::Value;
         starts[column as usize] = (end + gap, gap);
         end += gap + width;
     }
@@ -317,11 +322,11 @@ fn write_columns(run: &mut [Line]) {
 
 /// Aligns the comments at the end of consecutive lines if they were aligned or the lines form columns, at the leftmost
 /// of their columns that leaves the text room.
-fn place_comments(lines: &mut [Line]) {
-    let is_trailing = |line: &Line| !line.code.is_empty() && !line.comment.is_empty();
+fn place_comments(lines: &mut [LayoutLine]) {
+    let is_trailing = |line: &LayoutLine| !line.code.is_empty() && !line.comment.is_empty();
     let mut rest = lines;
     while !rest.is_empty() {
-        let together = |pair: &&[Line]| {
+        let together = |pair: &&[LayoutLine]| {
             let [a, b] = pair else { return false };
             let of_one_block = a.group.is_some() && a.group == b.group && a.indent == b.indent;
             is_trailing(a)
@@ -330,7 +335,7 @@ fn place_comments(lines: &mut [Line]) {
         };
         let length = 1 + rest.windows(2).take_while(together).count();
         let (run, behind) = rest.split_at_mut(length);
-        let needed = |line: &Line| line.indent + line.code.chars().count() + COMMENT_GAP;
+        let needed = |line: &LayoutLine| line.indent + line.code.chars().count() + COMMENT_GAP;
         let needed = run.iter().map(needed).max().unwrap_or(0);
         let written = run.iter().map(|line| line.comment_column).min().unwrap_or(0);
         let column = needed.max(written);
@@ -342,7 +347,7 @@ fn place_comments(lines: &mut [Line]) {
 }
 
 /// The text of the lines, without empty lines at the start and at the end, and without consecutive ones.
-fn joined(lines: &[Line]) -> String {
+fn joined(lines: &[LayoutLine]) -> String {
     let mut out = String::new();
     let mut is_pending = false;
     for line in lines {
@@ -369,7 +374,7 @@ fn joined(lines: &[Line]) -> String {
 
 /// The token before another, as far as spacing is concerned.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Before {
+enum PrecedingToken {
     /// None: the token begins an item.
     Start,
     /// A possible left operand.
@@ -387,7 +392,7 @@ enum Before {
 /// Decides on the blank before every token, one by one.
 struct Spacing<'a> {
     text: &'a str,
-    before: Before,
+    before: PrecedingToken,
     /// Open parentheses.
     open: usize,
     /// Whether the item is a `for`.
@@ -399,13 +404,13 @@ struct Spacing<'a> {
 impl Spacing<'_> {
     /// Prepares for a new item.
     fn restart(&mut self) {
-        (self.before, self.open, self.is_loop) = (Before::Start, 0, false);
+        (self.before, self.open, self.is_loop) = (PrecedingToken::Start, 0, false);
         self.reduction = None;
     }
 
     /// Whether a blank precedes the token, unless it begins a line; and its class for the next token.
-    fn place(&mut self, token: Token) -> (bool, Before) {
-        if self.before == Before::Start {
+    fn place(&mut self, token: Token) -> (bool, PrecedingToken) {
+        if self.before == PrecedingToken::Start {
             self.is_loop = token.text(self.text) == "for";
         }
         if self.open > 0 && token.kind == TokenKind::Name && token.text(self.text) == "for" {
@@ -430,12 +435,13 @@ impl Spacing<'_> {
     fn blank(&self, token: Token) -> bool {
         match (self.before, token.kind) {
             // A sign is tight only if the two cannot be read as one token.
-            (Before::Sign, kind) => !matches!(
+            (PrecedingToken::Sign, kind) => !matches!(
                 kind,
                 TokenKind::Name | TokenKind::Number | TokenKind::Open | TokenKind::Minus
             ),
             (
-                Before::Start | Before::Other(TokenKind::Open | TokenKind::Caret | TokenKind::Dot),
+                PrecedingToken::Start
+                | PrecedingToken::Other(TokenKind::Open | TokenKind::Caret | TokenKind::Dot),
                 _,
             )
             | (
@@ -447,8 +453,8 @@ impl Spacing<'_> {
                 | TokenKind::Prime
                 | TokenKind::Caret,
             )
-            | (Before::Operand, TokenKind::Open) => false,
-            (Before::Tight { spaced }, _) => spaced,
+            | (PrecedingToken::Operand, TokenKind::Open) => false,
+            (PrecedingToken::Tight { spaced }, _) => spaced,
             (_, TokenKind::Star | TokenKind::Slash | TokenKind::Dot) => self.is_spaced(token),
             (_, TokenKind::Range | TokenKind::Plus | TokenKind::Minus) if self.in_range() => {
                 self.is_spaced(token)
@@ -462,7 +468,7 @@ impl Spacing<'_> {
         let behind = &self.text[token.end as usize..];
         let is_blank = |c: char| c.is_ascii_whitespace();
         let before = &self.text[..token.start as usize];
-        matches!(self.before, Before::Sign | Before::Tight { spaced: true })
+        matches!(self.before, PrecedingToken::Sign | PrecedingToken::Tight { spaced: true })
             || before.ends_with(is_blank)
             || before.ends_with(['{', '}'])
             || behind.is_empty()
@@ -480,36 +486,42 @@ impl Spacing<'_> {
         !is_operand || is_keyword(token.text(self.text))
     }
 
-    fn class(&self, token: Token) -> Before {
+    fn class(&self, token: Token) -> PrecedingToken {
         match token.kind {
             TokenKind::Name => {
                 let is_word = RESERVED.contains(&token.text(self.text))
                     || match self.before {
-                        Before::Start => self.begins_item(token),
+                        PrecedingToken::Start => self.begins_item(token),
                         // Two words in a row, or a list of attributes.
-                        Before::Operand | Before::Other(TokenKind::Comma) => self.open == 0,
+                        PrecedingToken::Operand | PrecedingToken::Other(TokenKind::Comma) => {
+                            self.open == 0
+                        }
                         // `rises above`, `falls below`, `replace output y by`
-                        Before::Word => match token.text(self.text) {
+                        PrecedingToken::Word => match token.text(self.text) {
                             "above" | "below" => true,
                             "output" => self.text[token.end as usize..].starts_with(' '),
                             _ => false,
                         },
-                        Before::Sign | Before::Tight { .. } | Before::Other(_) => false,
+                        PrecedingToken::Sign
+                        | PrecedingToken::Tight { .. }
+                        | PrecedingToken::Other(_) => false,
                     };
-                if is_word { Before::Word } else { Before::Operand }
+                if is_word { PrecedingToken::Word } else { PrecedingToken::Operand }
             }
             TokenKind::Number
             | TokenKind::Text
             | TokenKind::Unit
             | TokenKind::Index
             | TokenKind::Prime
-            | TokenKind::Close => Before::Operand,
-            TokenKind::Minus if self.before != Before::Operand => Before::Sign,
-            TokenKind::Star | TokenKind::Slash => Before::Tight { spaced: self.is_spaced(token) },
-            TokenKind::Range | TokenKind::Plus | TokenKind::Minus if self.in_range() => {
-                Before::Tight { spaced: self.is_spaced(token) }
+            | TokenKind::Close => PrecedingToken::Operand,
+            TokenKind::Minus if self.before != PrecedingToken::Operand => PrecedingToken::Sign,
+            TokenKind::Star | TokenKind::Slash => {
+                PrecedingToken::Tight { spaced: self.is_spaced(token) }
             }
-            kind => Before::Other(kind),
+            TokenKind::Range | TokenKind::Plus | TokenKind::Minus if self.in_range() => {
+                PrecedingToken::Tight { spaced: self.is_spaced(token) }
+            }
+            kind => PrecedingToken::Other(kind),
         }
     }
 }

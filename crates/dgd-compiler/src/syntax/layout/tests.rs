@@ -2,17 +2,17 @@
 
 use super::super::tests::{CIRCULATION, mutated};
 use super::*;
-use crate::source::Source;
+use crate::source::SourceText;
 
-fn laid_out(text: &str) -> Result<String, Reported> {
-    let mut sources = Sources::default();
-    let id = sources.add(Source { name: "test".into(), text: text.into() });
+fn laid_out(text: &str) -> Result<String, ErrorReported> {
+    let mut sources = SourceMap::default();
+    let id = sources.add(SourceText { name: "test".into(), text: text.into() });
     format(id, &sources, &mut Diagnostics::default())
 }
 
 fn token_texts(text: &str) -> Vec<String> {
-    let mut sources = Sources::default();
-    let id = sources.add(Source { name: "test".into(), text: text.into() });
+    let mut sources = SourceMap::default();
+    let id = sources.add(SourceText { name: "test".into(), text: text.into() });
     lexical::tokens(id, &sources, &mut Diagnostics::default())
         .into_iter()
         .filter(|token| token.kind != TokenKind::Newline)

@@ -10,12 +10,12 @@ use super::expression::{close, expression, optional_unit};
 use super::item::{attributes, no_value_of_input};
 use super::lexical::{Token, TokenKind, tokens_within};
 use super::part;
-use super::tokens::{OPERATOR, Parsed, Stop, Tokens, name, token, too_deep, word};
-use super::{Reader, item_length, take_docs};
+use super::tokens::{OPERATOR, ParseResult, ParseStop, Tokens, name, token, too_deep, word};
+use super::{ItemReader, item_length, take_docs};
 use crate::diagnostics::{Code, Diagnostic};
 use crate::syntax::ast::{
-    ArrayKind, Axis, Counter, Expr, ExprKind, Item, ItemKind, Name, Range, Reducing, Reduction,
-    Unit,
+    ArrayAxis, ArrayKind, Expr, ExprKind, Item, ItemKind, LoopCounter, Name, NumberRange,
+    Reduction, ReductionOperation, WrittenUnit,
 };
 
 /// Items of loops other than bindings of parts' inputs, by their first words, with the position of the name that the
@@ -34,7 +34,7 @@ pub(crate) fn element<'a>(
     input: Tokens<'a>,
     brackets: Tokens<'a>,
     array: Name,
-) -> Parsed<'a, Expr> {
+) -> ParseResult<'a, Expr> {
     let mut element = Expr { span: array.span, kind: ExprKind::Name(array.text) };
     let mut rest = brackets;
     while rest.first() == Some(TokenKind::Index) {
@@ -45,14 +45,14 @@ pub(crate) fn element<'a>(
     }
     if let Some((moved, _)) = part::index_at_the_end(input) {
         let message = "the index of a part stands at the end";
-        let diagnostic = Diagnostic::new(Code::E105, input.span_to(&rest), message);
+        let diagnostic = Diagnostic::new(Code::UnexpectedToken, input.span_to(&rest), message);
         return input.wrong(diagnostic.help(format!("write `{moved}`")));
     }
     Ok((rest, element))
 }
 
 /// `[i - 1]`
-fn one_index(input: Tokens<'_>) -> Parsed<'_, Expr> {
+fn one_index(input: Tokens<'_>) -> ParseResult<'_, Expr> {
     let (rest, index) = between_brackets(input.deeper()?, |inside| {
         let (rest, index) = expression(inside)?;
         if rest.is_empty() { Ok((rest, index)) } else { rest.expected(OPERATOR) }
@@ -61,20 +61,20 @@ fn one_index(input: Tokens<'_>) -> Parsed<'_, Expr> {
 }
 
 /// `[1][j]`, or nothing.
-pub(super) fn indices(input: Tokens<'_>) -> Parsed<'_, Vec<Expr>> {
+pub(super) fn indices(input: Tokens<'_>) -> ParseResult<'_, Vec<Expr>> {
     all_brackets(input, one_index)
 }
 
 /// `[1..N][j in 1..M]`, or nothing.
-pub(super) fn axes(input: Tokens<'_>) -> Parsed<'_, Vec<Axis>> {
+pub(super) fn axes(input: Tokens<'_>) -> ParseResult<'_, Vec<ArrayAxis>> {
     all_brackets(input, declared_axis)
 }
 
 /// Reads all consecutive brackets.
 fn all_brackets<'a, T>(
     input: Tokens<'a>,
-    read: impl Fn(Tokens<'a>) -> Parsed<'a, T>,
-) -> Parsed<'a, Vec<T>> {
+    read: impl Fn(Tokens<'a>) -> ParseResult<'a, T>,
+) -> ParseResult<'a, Vec<T>> {
     let (mut rest, mut all) = (input, Vec::new());
     while rest.first() == Some(TokenKind::Index) {
         let one;
@@ -91,7 +91,7 @@ pub(super) fn declared<'a>(
     allowed: &[&str],
     what: &'static str,
     input: Tokens<'a>,
-) -> Parsed<'a, ItemKind> {
+) -> ParseResult<'a, ItemKind> {
     let (mut rest, first) = declared_axis(input)?;
     let mut axes = vec![first];
     while rest.first() == Some(TokenKind::Index) && rest.first_text().contains("..") {
@@ -102,7 +102,7 @@ pub(super) fn declared<'a>(
     let (rest, unit) = if rest.first() == Some(TokenKind::Index) {
         // A unit directly after a range.
         let text = rest.first_text();
-        let unit = Unit::new(rest.span(), text[1..text.len() - 1].trim());
+        let unit = WrittenUnit::new(rest.span(), text[1..text.len() - 1].trim());
         (rest.behind_first(), Some(unit))
     } else {
         optional_unit(rest)?
@@ -119,7 +119,7 @@ pub(super) fn declared<'a>(
         }
         _ if needs_value => {
             return rest.wrong(
-                Diagnostic::new(Code::E111, rest.span(), format!("{what} needs a value")).help(
+                Diagnostic::new(Code::MissingValue, rest.span(), format!("{what} needs a value")).help(
                     "write `= …` behind it: one value for all elements, or `(…, …)` with one for each",
                 ),
             );
@@ -131,15 +131,19 @@ pub(super) fn declared<'a>(
 }
 
 /// Refuses a range after a name that cannot be an array; other brackets may be a unit.
-pub(super) fn no_range<'a>(input: Tokens<'a>, message: &str, help: &'static str) -> Parsed<'a, ()> {
+pub(super) fn no_range<'a>(
+    input: Tokens<'a>,
+    message: &str,
+    help: &'static str,
+) -> ParseResult<'a, ()> {
     if input.first() != Some(TokenKind::Index) || !input.first_text().contains("..") {
         return Ok((input, ()));
     }
-    input.wrong(Diagnostic::new(Code::E105, input.span(), message).help(help))
+    input.wrong(Diagnostic::new(Code::UnexpectedToken, input.span(), message).help(help))
 }
 
 /// The value of an array: an expression, or a parenthesised list with one for each element.
-pub(super) fn value(input: Tokens<'_>) -> Parsed<'_, Expr> {
+pub(super) fn value(input: Tokens<'_>) -> ParseResult<'_, Expr> {
     if input.first() != Some(TokenKind::Open) || !input.is_list() {
         return expression(input);
     }
@@ -164,12 +168,13 @@ pub(crate) fn reduction<'a>(
     open: Tokens<'a>,
     body: Expr,
     input: Tokens<'a>,
-) -> Parsed<'a, ExprKind> {
-    let Some((_, kind)) = Reducing::ALL.iter().find(|(known, _)| *known == word.text) else {
-        let known: Vec<&str> = Reducing::ALL.iter().map(|(known, _)| *known).collect();
+) -> ParseResult<'a, ExprKind> {
+    let Some((_, kind)) = ReductionOperation::ALL.iter().find(|(known, _)| *known == word.text)
+    else {
+        let known: Vec<&str> = ReductionOperation::ALL.iter().map(|(known, _)| *known).collect();
         let message = format!("`{}` does not go over indices", word.text);
         return input.wrong(
-            Diagnostic::new(Code::E105, input.span(), message)
+            Diagnostic::new(Code::UnexpectedToken, input.span(), message)
                 .help(format!("`for` stands in one of: {}", known.join(", "))),
         );
     };
@@ -180,7 +185,7 @@ pub(crate) fn reduction<'a>(
 }
 
 /// A range of a declared array, `[1..N]` or `[i in 1..N]`; its place is that of the brackets.
-fn declared_axis(input: Tokens<'_>) -> Parsed<'_, Axis> {
+fn declared_axis(input: Tokens<'_>) -> ParseResult<'_, ArrayAxis> {
     let brackets = input.span();
     between_brackets(input, |inside| {
         let (rest, index) = if inside.second() == Some(TokenKind::Name) {
@@ -192,12 +197,12 @@ fn declared_axis(input: Tokens<'_>) -> Parsed<'_, Axis> {
         if !rest.left_has(TokenKind::Range) {
             let message = "an array has a range between its brackets";
             return rest.wrong(
-                Diagnostic::new(Code::E105, brackets, message)
+                Diagnostic::new(Code::UnexpectedToken, brackets, message)
                     .help(format!("write `[1..{}]`", rest.written())),
             );
         }
         let (rest, range) = range(rest)?;
-        let range = Range { span: brackets, ..range };
+        let range = NumberRange { span: brackets, ..range };
         if rest.first() == Some(TokenKind::Comma) {
             let message = "each index has brackets of its own";
             let help = format!(
@@ -205,24 +210,29 @@ fn declared_axis(input: Tokens<'_>) -> Parsed<'_, Axis> {
                 inside.written_to(&rest),
                 rest.behind_first().written()
             );
-            return rest.wrong(Diagnostic::new(Code::E105, rest.span(), message).help(help));
+            return rest
+                .wrong(Diagnostic::new(Code::UnexpectedToken, rest.span(), message).help(help));
         }
-        if rest.is_empty() { Ok((rest, Axis { index, range })) } else { rest.expected(OPERATOR) }
+        if rest.is_empty() {
+            Ok((rest, ArrayAxis { index, range }))
+        } else {
+            rest.expected(OPERATOR)
+        }
     })
 }
 
 /// `a..b`
-fn range(input: Tokens<'_>) -> Parsed<'_, Range> {
+fn range(input: Tokens<'_>) -> ParseResult<'_, NumberRange> {
     let dots = token(TokenKind::Range, "`..` and the last index");
     let (rest, (lower, _, upper)) = (expression, dots, expression).parse(input)?;
-    Ok((rest, Range { span: input.span_to(&rest), lower, upper }))
+    Ok((rest, NumberRange { span: input.span_to(&rest), lower, upper }))
 }
 
 /// Reads the content of the brackets of the first token.
 fn between_brackets<'a, T>(
     input: Tokens<'a>,
-    read: impl for<'b> FnOnce(Tokens<'b>) -> Parsed<'b, T>,
-) -> Parsed<'a, T> {
+    read: impl for<'b> FnOnce(Tokens<'b>) -> ParseResult<'b, T>,
+) -> ParseResult<'a, T> {
     let (within, mistakes) = tokens_within(input.span(), input.first_text());
     if let Some(mistake) = mistakes.into_iter().next() {
         return input.wrong(mistake);
@@ -235,14 +245,14 @@ fn between_brackets<'a, T>(
 }
 
 /// The diagnostic for a parser's failure.
-fn explained(stop: nom::Err<Box<Stop<'_>>>) -> Diagnostic {
+fn explained(stop: nom::Err<Box<ParseStop<'_>>>) -> Diagnostic {
     match stop {
         nom::Err::Error(stop) | nom::Err::Failure(stop) => stop.into_diagnostic(),
         nom::Err::Incomplete(_) => unreachable!("an item's tokens are all there"),
     }
 }
 
-impl<'a> Reader<'a, '_> {
+impl<'a> ItemReader<'a, '_> {
     /// `for i in 1..N { equation mass[i]: … }`
     pub(super) fn loop_(
         &mut self,
@@ -288,11 +298,11 @@ impl<'a> Reader<'a, '_> {
         &mut self,
         line: &'a [Token],
         docs: Vec<Token>,
-        counters: &[Counter],
+        counters: &[LoopCounter],
     ) -> Option<Item> {
         let first = line.first()?;
         let last = line.iter().rfind(|token| token.kind != TokenKind::Doc)?;
-        let span = self.span(*first).to(self.span(*last));
+        let span = self.span(*first).join(self.span(*last));
         let keyword = first.text(self.text);
         let is_binding = line.get(1).is_some_and(|second| second.kind == TokenKind::Dot);
         let second = line.get(1).map_or("", |second| second.text(self.text));
@@ -330,7 +340,7 @@ impl<'a> Reader<'a, '_> {
     }
 
     /// The reason why no item of a loop begins here.
-    fn no_item_of_loop(&self, line: &'a [Token], counters: &[Counter]) -> Option<Diagnostic> {
+    fn no_item_of_loop(&self, line: &'a [Token], counters: &[LoopCounter]) -> Option<Diagnostic> {
         let (first, index) = (line.first()?, &counters.first()?.index);
         let (keyword, input) = (first.text(self.text), self.input(line));
         let moved = part::index_at_the_end(input);
@@ -354,7 +364,7 @@ impl<'a> Reader<'a, '_> {
                     .to_owned()
             }
         };
-        let diagnostic = Diagnostic::new(Code::E131, self.span(*first), message);
+        let diagnostic = Diagnostic::new(Code::ItemInLoop, self.span(*first), message);
         Some(diagnostic.label(index.span, "the loop's index").help(help))
     }
 
@@ -363,7 +373,7 @@ impl<'a> Reader<'a, '_> {
         &mut self,
         line: &'a [Token],
         named_at: usize,
-        counters: &[Counter],
+        counters: &[LoopCounter],
     ) -> Option<std::ops::Range<usize>> {
         let members = line.iter().skip(named_at + 1).step_by(2);
         let dots = members.take_while(|token| token.kind == TokenKind::Dot).count();
@@ -391,7 +401,7 @@ impl<'a> Reader<'a, '_> {
             format!("write `{} NAME{indices}`", words.join(" "))
         };
         self.error(
-            Diagnostic::new(Code::E131, self.span(*token), message)
+            Diagnostic::new(Code::ItemInLoop, self.span(*token), message)
                 .label(counters.first()?.index.span, "the loop's index")
                 .help(help),
         );
@@ -400,14 +410,14 @@ impl<'a> Reader<'a, '_> {
 }
 
 /// `i in 1..N, j in 1..M`
-fn counters(input: Tokens<'_>) -> Parsed<'_, Vec<Counter>> {
+fn counters(input: Tokens<'_>) -> ParseResult<'_, Vec<LoopCounter>> {
     let comma = token(TokenKind::Comma, "`,` and another index");
     separated_list1(comma, counter).parse(input)
 }
 
 /// `i in 1..N`
-fn counter(input: Tokens<'_>) -> Parsed<'_, Counter> {
+fn counter(input: Tokens<'_>) -> ParseResult<'_, LoopCounter> {
     let (rest, (index, _, range)) =
         (name, word("in", "`in` and a range such as `1..N`"), range).parse(input)?;
-    Ok((rest, Counter { index, range }))
+    Ok((rest, LoopCounter { index, range }))
 }

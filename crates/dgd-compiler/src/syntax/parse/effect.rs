@@ -16,10 +16,10 @@ use nom::multi::separated_list1;
 
 use super::expression::{close, expression, optional_unit};
 use super::lexical::TokenKind;
-use super::tokens::{OPERATOR, Parsed, Tokens, dotted, name, token, word};
+use super::tokens::{OPERATOR, ParseResult, Tokens, dotted, name, token, word};
 use crate::diagnostics::{Code, Diagnostic, suggestion};
 use crate::source::Span;
-use crate::syntax::ast::{ClauseKind, EffectKind, Name, Slot, SlotKind, Target};
+use crate::syntax::ast::{ClauseKind, EffectKind, EffectTarget, Name, SlotKind, TemplateSlot};
 
 /// Words that begin a clause.
 pub(crate) const CLAUSES: [&str; 5] = ["kind", "form", "null", "replace", "add"];
@@ -30,34 +30,34 @@ pub(crate) fn is_clause(input: Tokens<'_>) -> bool {
 }
 
 /// Reads the first line of an effect.
-pub(crate) fn header(input: Tokens<'_>) -> Parsed<'_, (Name, Target)> {
+pub(crate) fn header(input: Tokens<'_>) -> ParseResult<'_, (Name, EffectTarget)> {
     let (rest, effect) = name(input.behind_first())?;
     let (rest, target) = if rest.starts_with_word("on") {
         let (rest, model) = name(rest.behind_first())?;
-        (rest, Target::Model(model))
+        (rest, EffectTarget::Model(model))
     } else if rest.first() == Some(TokenKind::Open) {
         let comma = token(TokenKind::Comma, "`,`");
         let (inside, slots) = separated_list1(comma, slot).parse(rest.behind_first())?;
         if inside.first() == Some(TokenKind::Comma) {
             return inside.behind_first().expected("the name of an argument");
         }
-        (close(rest.span(), inside)?.0, Target::Template(slots))
+        (close(rest.span(), inside)?.0, EffectTarget::Template(slots))
     } else {
         return rest.expected("`on MODEL`, or arguments such as `(y: output)`");
     };
     whole(rest, (effect, target))
 }
 
-fn slot(input: Tokens<'_>) -> Parsed<'_, Slot> {
+fn slot(input: Tokens<'_>) -> ParseResult<'_, TemplateSlot> {
     let colon = token(TokenKind::Colon, "`:` and what the argument is");
     let (rest, (name, _)) = (name, colon).parse(input)?;
     let (rest, kind) = one_of(&SlotKind::ALL, rest)?;
     let (rest, unit) = optional_unit(rest)?;
-    Ok((rest, Slot { name, kind, unit }))
+    Ok((rest, TemplateSlot { name, kind, unit }))
 }
 
 /// One of these words.
-fn one_of<'a, T: Copy>(words: &[(&'static str, T)], input: Tokens<'a>) -> Parsed<'a, T> {
+fn one_of<'a, T: Copy>(words: &[(&'static str, T)], input: Tokens<'a>) -> ParseResult<'a, T> {
     if let Some((_, meaning)) = words.iter().find(|(word, _)| input.starts_with_word(word)) {
         return Ok((input.behind_first(), *meaning));
     }
@@ -69,11 +69,11 @@ fn one_of<'a, T: Copy>(words: &[(&'static str, T)], input: Tokens<'a>) -> Parsed
     let message = format!("expected one of {}, found {word}", spellings.join(", "));
     let near =
         suggestion(input.first_text(), spellings).map(|near| format!("did you mean `{near}`?"));
-    input.wrong(Diagnostic::new(Code::E105, input.span(), message).maybe_help(near))
+    input.wrong(Diagnostic::new(Code::UnexpectedToken, input.span(), message).maybe_help(near))
 }
 
 /// Reads a clause, from its keyword to its last token.
-pub(crate) fn clause(input: Tokens<'_>) -> Parsed<'_, (Span, ClauseKind)> {
+pub(crate) fn clause(input: Tokens<'_>) -> ParseResult<'_, (Span, ClauseKind)> {
     let rest = input.behind_first();
     let (rest, kind) = match input.first_text() {
         "kind" => one_of(&EffectKind::ALL, rest).map(|(rest, kind)| (rest, ClauseKind::Kind(kind))),
@@ -86,13 +86,13 @@ pub(crate) fn clause(input: Tokens<'_>) -> Parsed<'_, (Span, ClauseKind)> {
     Ok((rest, (input.span_to(&rest), kind)))
 }
 
-fn null(input: Tokens<'_>) -> Parsed<'_, ClauseKind> {
+fn null(input: Tokens<'_>) -> ParseResult<'_, ClauseKind> {
     let equal = token(TokenKind::Equal, "`=` and the value at which the effect vanishes");
     let (rest, (name, _, value)) = (name, equal, expression).parse(input)?;
     Ok((rest, ClauseKind::Null { name, value }))
 }
 
-fn replace(input: Tokens<'_>) -> Parsed<'_, ClauseKind> {
+fn replace(input: Tokens<'_>) -> ParseResult<'_, ClauseKind> {
     let by_word = word("by", "`by` and what stands in its place");
     let behind = input.behind_first();
     let is_clause = behind.starts_with_word("by") || behind.starts_with_word("in");
@@ -119,13 +119,13 @@ fn replace(input: Tokens<'_>) -> Parsed<'_, ClauseKind> {
     Ok((rest, ClauseKind::Replace { name: replaced, arguments, equation, by: by_word }))
 }
 
-fn add(input: Tokens<'_>) -> Parsed<'_, ClauseKind> {
+fn add(input: Tokens<'_>) -> ParseResult<'_, ClauseKind> {
     let to_word = word("to", "`to` and the equation's label, or an operator");
     let (rest, (value, _, equation)) = (expression, to_word, dotted).parse(input)?;
     Ok((rest, ClauseKind::Add { value, equation }))
 }
 
 /// The value, if no tokens are left.
-fn whole<T>(rest: Tokens<'_>, read: T) -> Parsed<'_, T> {
+fn whole<T>(rest: Tokens<'_>, read: T) -> ParseResult<'_, T> {
     if rest.is_empty() { Ok((rest, read)) } else { rest.expected(OPERATOR) }
 }

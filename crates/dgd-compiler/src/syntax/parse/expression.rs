@@ -20,17 +20,17 @@
 
 use super::array;
 use super::lexical::{RESERVED, TokenKind};
-use super::tokens::{CLOSE, Parsed, Tokens, members, word};
+use super::tokens::{CLOSE, ParseResult, Tokens, members, word};
 use crate::diagnostics::{Code, Diagnostic};
 use crate::source::Span;
-use crate::syntax::ast::{Comparison, Expr, ExprKind, Factor, Name, Sign, Unit};
+use crate::syntax::ast::{Comparison, Expr, ExprKind, FactorSide, Name, Sign, WrittenUnit};
 
 /// Description of an operand in messages.
 const OPERAND: &str = "an expression";
 
 /// Precedence of operators, loosest first.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-enum Level {
+enum PrecedenceLevel {
     Or,
     And,
     Not,
@@ -43,43 +43,43 @@ enum Level {
 
 /// A binary operator.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Operator {
+enum BinaryOperator {
     Or,
     And,
     Compare(Comparison),
     Sum(Sign),
-    Product(Factor),
+    Product(FactorSide),
     Power,
 }
 
-impl Operator {
-    fn level(self) -> Level {
+impl BinaryOperator {
+    fn level(self) -> PrecedenceLevel {
         match self {
-            Operator::Or => Level::Or,
-            Operator::And => Level::And,
-            Operator::Compare(_) => Level::Compare,
-            Operator::Sum(_) => Level::Sum,
-            Operator::Product(_) => Level::Product,
-            Operator::Power => Level::Power,
+            BinaryOperator::Or => PrecedenceLevel::Or,
+            BinaryOperator::And => PrecedenceLevel::And,
+            BinaryOperator::Compare(_) => PrecedenceLevel::Compare,
+            BinaryOperator::Sum(_) => PrecedenceLevel::Sum,
+            BinaryOperator::Product(_) => PrecedenceLevel::Product,
+            BinaryOperator::Power => PrecedenceLevel::Power,
         }
     }
 }
 
 /// The binary operator at the front.
-fn operator(input: Tokens<'_>) -> Option<Operator> {
+fn operator(input: Tokens<'_>) -> Option<BinaryOperator> {
     match input.first()? {
-        TokenKind::Less => Some(Operator::Compare(Comparison::Less)),
-        TokenKind::LessEqual => Some(Operator::Compare(Comparison::LessEqual)),
-        TokenKind::Greater => Some(Operator::Compare(Comparison::Greater)),
-        TokenKind::GreaterEqual => Some(Operator::Compare(Comparison::GreaterEqual)),
-        TokenKind::Plus => Some(Operator::Sum(Sign::Plus)),
-        TokenKind::Minus => Some(Operator::Sum(Sign::Minus)),
-        TokenKind::Star => Some(Operator::Product(Factor::Times)),
-        TokenKind::Slash => Some(Operator::Product(Factor::Over)),
-        TokenKind::Caret => Some(Operator::Power),
+        TokenKind::Less => Some(BinaryOperator::Compare(Comparison::Less)),
+        TokenKind::LessEqual => Some(BinaryOperator::Compare(Comparison::LessEqual)),
+        TokenKind::Greater => Some(BinaryOperator::Compare(Comparison::Greater)),
+        TokenKind::GreaterEqual => Some(BinaryOperator::Compare(Comparison::GreaterEqual)),
+        TokenKind::Plus => Some(BinaryOperator::Sum(Sign::Plus)),
+        TokenKind::Minus => Some(BinaryOperator::Sum(Sign::Minus)),
+        TokenKind::Star => Some(BinaryOperator::Product(FactorSide::Times)),
+        TokenKind::Slash => Some(BinaryOperator::Product(FactorSide::Over)),
+        TokenKind::Caret => Some(BinaryOperator::Power),
         TokenKind::Name => match input.first_text() {
-            "or" => Some(Operator::Or),
-            "and" => Some(Operator::And),
+            "or" => Some(BinaryOperator::Or),
+            "and" => Some(BinaryOperator::And),
             _ => None,
         },
         _ => None,
@@ -87,66 +87,69 @@ fn operator(input: Tokens<'_>) -> Option<Operator> {
 }
 
 /// A node that lacks its last operand.
-enum Pending {
+enum PendingNode {
     Or(Vec<Expr>),
     And(Vec<Expr>),
     Not(Span),
     Compare(Comparison, Box<Expr>),
     Sum(Vec<(Sign, Expr)>, Sign),
-    Product(Vec<(Factor, Expr)>, Factor),
+    Product(Vec<(FactorSide, Expr)>, FactorSide),
     Negate(Span),
     Power(Box<Expr>),
 }
 
-impl Pending {
-    fn new(operator: Operator, left: Expr) -> Pending {
+impl PendingNode {
+    fn new(operator: BinaryOperator, left: Expr) -> PendingNode {
         match operator {
-            Operator::Or => Pending::Or(vec![left]),
-            Operator::And => Pending::And(vec![left]),
-            Operator::Compare(comparison) => Pending::Compare(comparison, Box::new(left)),
-            Operator::Sum(sign) => Pending::Sum(vec![(Sign::Plus, left)], sign),
-            Operator::Product(factor) => Pending::Product(vec![(Factor::Times, left)], factor),
-            Operator::Power => Pending::Power(Box::new(left)),
+            BinaryOperator::Or => PendingNode::Or(vec![left]),
+            BinaryOperator::And => PendingNode::And(vec![left]),
+            BinaryOperator::Compare(comparison) => PendingNode::Compare(comparison, Box::new(left)),
+            BinaryOperator::Sum(sign) => PendingNode::Sum(vec![(Sign::Plus, left)], sign),
+            BinaryOperator::Product(factor) => {
+                PendingNode::Product(vec![(FactorSide::Times, left)], factor)
+            }
+            BinaryOperator::Power => PendingNode::Power(Box::new(left)),
         }
     }
 
-    fn level(&self) -> Level {
+    fn level(&self) -> PrecedenceLevel {
         match self {
-            Pending::Or(_) => Level::Or,
-            Pending::And(_) => Level::And,
-            Pending::Not(_) => Level::Not,
-            Pending::Compare(..) => Level::Compare,
-            Pending::Sum(..) => Level::Sum,
-            Pending::Product(..) => Level::Product,
-            Pending::Negate(_) => Level::Sign,
-            Pending::Power(_) => Level::Power,
+            PendingNode::Or(_) => PrecedenceLevel::Or,
+            PendingNode::And(_) => PrecedenceLevel::And,
+            PendingNode::Not(_) => PrecedenceLevel::Not,
+            PendingNode::Compare(..) => PrecedenceLevel::Compare,
+            PendingNode::Sum(..) => PrecedenceLevel::Sum,
+            PendingNode::Product(..) => PrecedenceLevel::Product,
+            PendingNode::Negate(_) => PrecedenceLevel::Sign,
+            PendingNode::Power(_) => PrecedenceLevel::Power,
         }
     }
 
     /// Whether its last operand is one level deeper than itself; the others are lists.
     fn nests(&self) -> bool {
         match self {
-            Pending::Not(_) | Pending::Negate(_) | Pending::Power(_) => true,
-            Pending::Or(_)
-            | Pending::And(_)
-            | Pending::Compare(..)
-            | Pending::Sum(..)
-            | Pending::Product(..) => false,
+            PendingNode::Not(_) | PendingNode::Negate(_) | PendingNode::Power(_) => true,
+            PendingNode::Or(_)
+            | PendingNode::And(_)
+            | PendingNode::Compare(..)
+            | PendingNode::Sum(..)
+            | PendingNode::Product(..) => false,
         }
     }
 
     /// Adds an operand that is followed by an operator of the node's own level. Returns it as an error if the node has
     /// no room for it.
-    fn push(&mut self, operand: Expr, operator: Operator) -> Result<(), Expr> {
+    fn push(&mut self, operand: Expr, operator: BinaryOperator) -> Result<(), Expr> {
         match (self, operator) {
-            (Pending::Or(all), Operator::Or) | (Pending::And(all), Operator::And) => {
+            (PendingNode::Or(all), BinaryOperator::Or)
+            | (PendingNode::And(all), BinaryOperator::And) => {
                 all.push(operand);
             }
-            (Pending::Sum(all, sign), Operator::Sum(next)) => {
+            (PendingNode::Sum(all, sign), BinaryOperator::Sum(next)) => {
                 all.push((*sign, operand));
                 *sign = next;
             }
-            (Pending::Product(all, factor), Operator::Product(next)) => {
+            (PendingNode::Product(all, factor), BinaryOperator::Product(next)) => {
                 all.push((*factor, operand));
                 *factor = next;
             }
@@ -159,46 +162,46 @@ impl Pending {
     fn complete(self, last: Expr) -> Expr {
         let end = last.span;
         let (start, kind) = match self {
-            Pending::Or(mut all) => {
+            PendingNode::Or(mut all) => {
                 all.push(last);
                 (all[0].span, ExprKind::Or(all))
             }
-            Pending::And(mut all) => {
+            PendingNode::And(mut all) => {
                 all.push(last);
                 (all[0].span, ExprKind::And(all))
             }
-            Pending::Not(span) => (span, ExprKind::Not(Box::new(last))),
-            Pending::Compare(comparison, left) => {
+            PendingNode::Not(span) => (span, ExprKind::Not(Box::new(last))),
+            PendingNode::Compare(comparison, left) => {
                 (left.span, ExprKind::Compare(comparison, left, Box::new(last)))
             }
-            Pending::Sum(mut all, sign) => {
+            PendingNode::Sum(mut all, sign) => {
                 all.push((sign, last));
                 (all[0].1.span, ExprKind::Sum(all))
             }
-            Pending::Product(mut all, factor) => {
+            PendingNode::Product(mut all, factor) => {
                 all.push((factor, last));
                 (all[0].1.span, ExprKind::Product(all))
             }
-            Pending::Negate(span) => (span, ExprKind::Negate(Box::new(last))),
-            Pending::Power(base) => (base.span, ExprKind::Power(base, Box::new(last))),
+            PendingNode::Negate(span) => (span, ExprKind::Negate(Box::new(last))),
+            PendingNode::Power(base) => (base.span, ExprKind::Power(base, Box::new(last))),
         };
-        Expr { span: start.to(end), kind }
+        Expr { span: start.join(end), kind }
     }
 }
 
 /// The longest expression from here.
-pub(crate) fn expression(input: Tokens<'_>) -> Parsed<'_, Expr> {
-    expression_from(Level::Or, input)
+pub(crate) fn expression(input: Tokens<'_>) -> ParseResult<'_, Expr> {
+    expression_from(PrecedenceLevel::Or, input)
 }
 
 /// The longest sum from here, without comparisons and conjunctions.
-pub(crate) fn sum(input: Tokens<'_>) -> Parsed<'_, Expr> {
-    expression_from(Level::Sum, input)
+pub(crate) fn sum(input: Tokens<'_>) -> ParseResult<'_, Expr> {
+    expression_from(PrecedenceLevel::Sum, input)
 }
 
 /// An expression of operators with at least this precedence.
-fn expression_from(least: Level, input: Tokens<'_>) -> Parsed<'_, Expr> {
-    let mut stack: Vec<Pending> = Vec::new();
+fn expression_from(least: PrecedenceLevel, input: Tokens<'_>) -> ParseResult<'_, Expr> {
+    let mut stack: Vec<PendingNode> = Vec::new();
     let mut rest = input;
     loop {
         rest = signs(&mut stack, rest)?.0;
@@ -214,13 +217,13 @@ fn expression_from(least: Level, input: Tokens<'_>) -> Parsed<'_, Expr> {
 }
 
 /// Reads the prefixes of an operand: `-`, and `not` where a condition is allowed.
-fn signs<'a>(stack: &mut Vec<Pending>, mut rest: Tokens<'a>) -> Parsed<'a, ()> {
+fn signs<'a>(stack: &mut Vec<PendingNode>, mut rest: Tokens<'a>) -> ParseResult<'a, ()> {
     loop {
-        let is_condition = stack.last().is_none_or(|last| last.level() <= Level::Not);
+        let is_condition = stack.last().is_none_or(|last| last.level() <= PrecedenceLevel::Not);
         if rest.first() == Some(TokenKind::Minus) {
-            stack.push(Pending::Negate(rest.span()));
+            stack.push(PendingNode::Negate(rest.span()));
         } else if rest.starts_with_word("not") && is_condition {
-            stack.push(Pending::Not(rest.span()));
+            stack.push(PendingNode::Not(rest.span()));
         } else {
             return Ok((rest, ()));
         }
@@ -230,12 +233,12 @@ fn signs<'a>(stack: &mut Vec<Pending>, mut rest: Tokens<'a>) -> Parsed<'a, ()> {
 
 /// Completes the nodes that bind more tightly than the next operator.
 fn complete<'a>(
-    stack: &mut Vec<Pending>,
+    stack: &mut Vec<PendingNode>,
     mut operand: Expr,
-    next: Option<Operator>,
+    next: Option<BinaryOperator>,
     mut rest: Tokens<'a>,
 ) -> (Tokens<'a>, Expr) {
-    let is_complete = |last: &mut Pending| next.is_none_or(|next| last.level() > next.level());
+    let is_complete = |last: &mut PendingNode| next.is_none_or(|next| last.level() > next.level());
     while let Some(last) = stack.pop_if(is_complete) {
         if last.nests() {
             rest = rest.shallower();
@@ -247,11 +250,11 @@ fn complete<'a>(
 
 /// Adds an operator with its left operand: to the list that it continues, or as a new node.
 fn pend<'a>(
-    stack: &mut Vec<Pending>,
+    stack: &mut Vec<PendingNode>,
     left: Expr,
-    operator: Operator,
+    operator: BinaryOperator,
     rest: Tokens<'a>,
-) -> Parsed<'a, ()> {
+) -> ParseResult<'a, ()> {
     let left = match stack.last_mut() {
         None => left,
         Some(last) => match last.push(left, operator) {
@@ -259,28 +262,34 @@ fn pend<'a>(
             Err(left) => left,
         },
     };
-    if let (Some(Pending::Compare(_, first)), Operator::Compare(_)) = (stack.last(), operator) {
+    if let (Some(PendingNode::Compare(_, first)), BinaryOperator::Compare(_)) =
+        (stack.last(), operator)
+    {
         return rest.wrong(
-            Diagnostic::new(Code::E109, rest.span(), "comparisons do not chain")
-                .label(first.span.to(left.span), "this is a comparison already")
+            Diagnostic::new(Code::UnreadableComparison, rest.span(), "comparisons do not chain")
+                .label(first.span.join(left.span), "this is a comparison already")
                 .help("join two comparisons: `a < b and b < c`"),
         );
     }
-    let node = Pending::new(operator, left);
+    let node = PendingNode::new(operator, left);
     let rest = if node.nests() { rest.deeper()? } else { rest };
     stack.push(node);
     Ok((rest.behind_first(), ()))
 }
 
-fn operand(input: Tokens<'_>) -> Parsed<'_, Expr> {
+fn operand(input: Tokens<'_>) -> ParseResult<'_, Expr> {
     match input.first() {
         Some(TokenKind::Number) => number(input),
         Some(TokenKind::Open) => group(input),
         Some(TokenKind::Name) => match input.first_text() {
             "if" => conditional(input),
             "not" => input.wrong(
-                Diagnostic::new(Code::E105, input.span(), "`not` cannot stand inside a formula")
-                    .help("put the condition into parentheses: `(not a < b)`"),
+                Diagnostic::new(
+                    Code::UnexpectedToken,
+                    input.span(),
+                    "`not` cannot stand inside a formula",
+                )
+                .help("put the condition into parentheses: `(not a < b)`"),
             ),
             word if RESERVED.contains(&word) => input.expected(OPERAND),
             _ => {
@@ -296,7 +305,7 @@ fn operand(input: Tokens<'_>) -> Parsed<'_, Expr> {
     }
 }
 
-fn number(input: Tokens<'_>) -> Parsed<'_, Expr> {
+fn number(input: Tokens<'_>) -> ParseResult<'_, Expr> {
     let text = input.first_text();
     // The lexer has checked that this is a number within range.
     let Ok(value) = text.parse() else {
@@ -308,35 +317,35 @@ fn number(input: Tokens<'_>) -> Parsed<'_, Expr> {
     Ok((rest, Expr { span: input.span_to(&rest), kind }))
 }
 
-/// `[…]`, if present. Returns a `Parsed` because it is a parser.
+/// `[…]`, if present. Returns a `ParseResult` because it is a parser.
 #[expect(clippy::unnecessary_wraps, reason = "combinators take parsers of one type")]
-pub(crate) fn optional_unit(input: Tokens<'_>) -> Parsed<'_, Option<Unit>> {
+pub(crate) fn optional_unit(input: Tokens<'_>) -> ParseResult<'_, Option<WrittenUnit>> {
     if input.first() != Some(TokenKind::Unit) {
         return Ok((input, None));
     }
     let (text, span) = (input.first_text(), input.span());
     let text = text[1..text.len() - 1].trim();
-    Ok((input.behind_first(), Some(Unit::new(span, text))))
+    Ok((input.behind_first(), Some(WrittenUnit::new(span, text))))
 }
 
-fn group(input: Tokens<'_>) -> Parsed<'_, Expr> {
+fn group(input: Tokens<'_>) -> ParseResult<'_, Expr> {
     let (rest, inner) = boxed(input.deeper()?.behind_first())?;
     let (rest, _) = close(input.span(), rest.shallower())?;
     Ok((rest, Expr { span: input.span_to(&rest), kind: ExprKind::Group(inner) }))
 }
 
 /// A boxed expression, which needs less stack to pass on.
-fn boxed(input: Tokens<'_>) -> Parsed<'_, Box<Expr>> {
+fn boxed(input: Tokens<'_>) -> ParseResult<'_, Box<Expr>> {
     let (rest, expr) = expression(input)?;
     Ok((rest, Box::new(expr)))
 }
 
 /// The `)` of the `(` at `open`.
-pub(crate) fn close(open: Span, input: Tokens<'_>) -> Parsed<'_, Span> {
+pub(crate) fn close(open: Span, input: Tokens<'_>) -> ParseResult<'_, Span> {
     match input.first() {
         Some(TokenKind::Close) => Ok((input.behind_first(), input.span())),
         None => input.wrong(
-            Diagnostic::new(Code::E115, open, "this `(` is not closed")
+            Diagnostic::new(Code::UnmatchedBracket, open, "this `(` is not closed")
                 .label(input.span(), "expected `)`"),
         ),
         Some(_) => input.expected(CLOSE),
@@ -344,7 +353,7 @@ pub(crate) fn close(open: Span, input: Tokens<'_>) -> Parsed<'_, Span> {
 }
 
 /// `f(a, b)` after the function's name.
-fn call<'a>(input: Tokens<'a>, open: Tokens<'a>, function: Name) -> Parsed<'a, Expr> {
+fn call<'a>(input: Tokens<'a>, open: Tokens<'a>, function: Name) -> ParseResult<'a, Expr> {
     let (rest, mut arguments) = arguments(open.deeper()?.behind_first())?;
     let rest = rest.shallower();
     if rest.starts_with_word("for") && arguments.len() == 1 {
@@ -356,7 +365,7 @@ fn call<'a>(input: Tokens<'a>, open: Tokens<'a>, function: Name) -> Parsed<'a, E
     Ok((rest, Expr { span: input.span_to(&rest), kind: ExprKind::Call { function, arguments } }))
 }
 
-fn arguments(mut input: Tokens<'_>) -> Parsed<'_, Vec<Expr>> {
+fn arguments(mut input: Tokens<'_>) -> ParseResult<'_, Vec<Expr>> {
     let mut arguments = Vec::new();
     if input.first() == Some(TokenKind::Close) {
         return Ok((input, arguments));
@@ -371,12 +380,16 @@ fn arguments(mut input: Tokens<'_>) -> Parsed<'_, Vec<Expr>> {
     }
 }
 
-fn conditional(input: Tokens<'_>) -> Parsed<'_, Expr> {
+fn conditional(input: Tokens<'_>) -> ParseResult<'_, Expr> {
     let (rest, condition) = boxed(input.deeper()?.behind_first())?;
     if rest.first() == Some(TokenKind::Equal) {
         return rest.wrong(
-            Diagnostic::new(Code::E109, rest.span(), "numbers are not compared for equality")
-                .help("use `<`, `<=`, `>` or `>=`"),
+            Diagnostic::new(
+                Code::UnreadableComparison,
+                rest.span(),
+                "numbers are not compared for equality",
+            )
+            .help("use `<`, `<=`, `>` or `>=`"),
         );
     }
     let (rest, yes) = branch(rest, "then", "`then` or an operator")?;
@@ -390,6 +403,6 @@ fn branch<'a>(
     input: Tokens<'a>,
     keyword: &'static str,
     expected: &'static str,
-) -> Parsed<'a, Box<Expr>> {
+) -> ParseResult<'a, Box<Expr>> {
     boxed(word(keyword, expected)(input)?.0)
 }

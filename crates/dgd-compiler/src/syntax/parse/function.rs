@@ -4,11 +4,11 @@ use super::item::{head_of_function, last_value, local_let};
 use super::lexical::{Token, TokenKind};
 use super::modes::head_and_block;
 use super::tokens::Tokens;
-use super::{Reader, item_length, take_docs};
+use super::{ItemReader, item_length, take_docs};
 use crate::diagnostics::{Code, Diagnostic};
 use crate::syntax::ast::ItemKind;
 
-impl<'a> Reader<'a, '_> {
+impl<'a> ItemReader<'a, '_> {
     /// A function with a block. Doc comments in the block belong to the function.
     pub(super) fn function(
         &mut self,
@@ -47,7 +47,7 @@ impl<'a> Reader<'a, '_> {
             if body.is_some() {
                 let message = "the value of a function stands in the last line of its block";
                 self.error(
-                    Diagnostic::new(Code::E105, input.span(), message)
+                    Diagnostic::new(Code::UnexpectedToken, input.span(), message)
                         .help("give what comes before it a name: `let NAME = …`"),
                 );
                 return None;
@@ -62,7 +62,7 @@ impl<'a> Reader<'a, '_> {
         let Some(body) = body else {
             let message = format!("the function `{}` has no value", name.text);
             self.error(
-                Diagnostic::new(Code::E105, name.span, message)
+                Diagnostic::new(Code::UnexpectedToken, name.span, message)
                     .help("write it in the last line of the block"),
             );
             return None;

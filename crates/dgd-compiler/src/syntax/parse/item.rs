@@ -11,19 +11,19 @@ use super::expression::{close, expression, optional_unit};
 use super::lexical::TokenKind;
 use super::part::{self, is_binding};
 use super::table::{self, table};
-use super::tokens::{DECIMAL_POINT, OPERATOR, Parsed, Tokens, dotted, name, token, word};
-use crate::diagnostics::{Code, Diagnostic, Edit, Fix, suggestion};
+use super::tokens::{DECIMAL_POINT, OPERATOR, ParseResult, Tokens, dotted, name, token, word};
+use crate::diagnostics::{Code, Diagnostic, Fix, FixEdit, suggestion};
 use crate::syntax::ast::{
-    Argument, ArrayKind, Attribute, AttributeKind, Bound, Expr, ExprKind, ItemKind, LocalLet, Name,
-    PriorLaw, Shape, StartRule, Unit, UnknownKind,
+    ArrayKind, Attribute, AttributeKind, BoundSide, Expr, ExprKind, FormalArgument, ItemKind,
+    LocalLet, Name, PriorLaw, StartRule, TableInterpolation, UnknownKind, WrittenUnit,
 };
 use crate::units::parse_unit;
 
 /// Reads an item after its keyword.
-type Rule = for<'a> fn(Tokens<'a>) -> Parsed<'a, ItemKind>;
+type ItemRule = for<'a> fn(Tokens<'a>) -> ParseResult<'a, ItemKind>;
 
 /// Keywords of items that contain no others, with their rules.
-const SIMPLE: &[(&str, Rule)] = &[
+const SIMPLE: &[(&str, ItemRule)] = &[
     ("import", import),
     ("constant", constant),
     ("parameter", parameter),
@@ -56,10 +56,10 @@ fn keywords() -> impl Iterator<Item = &'static str> {
 }
 
 /// Reads an item without a block, from its keyword to its last token.
-pub(crate) fn item(input: Tokens<'_>) -> Parsed<'_, ItemKind> {
+pub(crate) fn item(input: Tokens<'_>) -> ParseResult<'_, ItemKind> {
     let keyword = input.first_text();
     let (rule, start) = if is_binding(input) {
-        (Some(part::binding as Rule), input)
+        (Some(part::binding as ItemRule), input)
     } else {
         let rule = SIMPLE.iter().find(|(simple, _)| *simple == keyword).map(|(_, rule)| *rule);
         (rule, input.behind_first())
@@ -77,13 +77,13 @@ pub(crate) fn item(input: Tokens<'_>) -> Parsed<'_, ItemKind> {
 /// The reason why no item begins here.
 fn no_item(input: Tokens<'_>) -> Diagnostic {
     let text = input.first_text();
-    let wrong = |message| Diagnostic::new(Code::E116, input.span(), message);
+    let wrong = |message| Diagnostic::new(Code::NotAnItem, input.span(), message);
     if let Some((element, behind)) = part::index_at_the_end(input) {
         return wrong("the index of a part stands at the end".to_owned())
             .help(format!("write `{element}{behind}`"));
     }
     if input.second() == Some(TokenKind::Colon) && input.left_has(TokenKind::Equal) {
-        let fix = Fix::safe(vec![Edit::before(input.span(), "equation ".to_owned())]);
+        let fix = Fix::safe(vec![FixEdit::insert_before(input.span(), "equation ".to_owned())]);
         return wrong("an equation begins with `equation`".to_owned()).fix(fix);
     }
     match (input.first(), input.second()) {
@@ -119,42 +119,42 @@ fn no_item(input: Tokens<'_>) -> Diagnostic {
     }
 }
 
-fn import(input: Tokens<'_>) -> Parsed<'_, ItemKind> {
+fn import(input: Tokens<'_>) -> ParseResult<'_, ItemKind> {
     let (rest, path_span) = token(TokenKind::Text, "a path such as \"friction.dgd\"")(input)?;
     let quoted = input.first_text();
     let path = quoted[1..quoted.len() - 1].to_owned();
     Ok((rest, ItemKind::Import { path, path_span }))
 }
 
-fn declared(input: Tokens<'_>) -> Parsed<'_, (Name, Option<Unit>)> {
+fn declared(input: Tokens<'_>) -> ParseResult<'_, (Name, Option<WrittenUnit>)> {
     (dotted, optional_unit).parse(input)
 }
 
 /// `= …`, which is required.
-fn value(what: &'static str) -> impl Fn(Tokens<'_>) -> Parsed<'_, Expr> {
+fn value(what: &'static str) -> impl Fn(Tokens<'_>) -> ParseResult<'_, Expr> {
     move |input| match input.first() {
         Some(TokenKind::Equal) => one_value(input.behind_first()),
         None => input.wrong(
-            Diagnostic::new(Code::E111, input.span(), format!("{what} needs a value"))
+            Diagnostic::new(Code::MissingValue, input.span(), format!("{what} needs a value"))
                 .help("write `= …` behind it"),
         ),
         Some(_) => input.expected("`=`"),
     }
 }
 
-fn optional_value(input: Tokens<'_>) -> Parsed<'_, Option<Expr>> {
+fn optional_value(input: Tokens<'_>) -> ParseResult<'_, Option<Expr>> {
     opt(preceded(token(TokenKind::Equal, "`=`"), cut(one_value))).parse(input)
 }
 
 /// The value of a single item, not an array.
-fn one_value(input: Tokens<'_>) -> Parsed<'_, Expr> {
+fn one_value(input: Tokens<'_>) -> ParseResult<'_, Expr> {
     if input.first() != Some(TokenKind::Open) || !input.is_list() {
         return expression(input);
     }
     let (_, list) = array::value(input)?;
     let count = if let ExprKind::List(values) = &list.kind { values.len() } else { 1 };
     input.wrong(
-        Diagnostic::new(Code::E105, list.span, format!("{count} values for one name"))
+        Diagnostic::new(Code::UnexpectedToken, list.span, format!("{count} values for one name"))
             .help(format!("an array has a range behind its name: `[1..{count}]`")),
     )
 }
@@ -165,13 +165,13 @@ fn array_of<'a>(
     allowed: &[&str],
     what: &'static str,
     input: Tokens<'a>,
-) -> Option<Parsed<'a, ItemKind>> {
+) -> Option<ParseResult<'a, ItemKind>> {
     let (behind, name) = dotted(input).ok()?;
     (behind.first() == Some(TokenKind::Index))
         .then(|| array::declared(declared, name, allowed, what, behind))
 }
 
-fn constant(input: Tokens<'_>) -> Parsed<'_, ItemKind> {
+fn constant(input: Tokens<'_>) -> ParseResult<'_, ItemKind> {
     if let Some(array) = array_of(ArrayKind::Constant, &[], "a constant", input) {
         return array;
     }
@@ -180,7 +180,7 @@ fn constant(input: Tokens<'_>) -> Parsed<'_, ItemKind> {
     Ok((rest, ItemKind::Constant { name, unit, value }))
 }
 
-fn parameter(input: Tokens<'_>) -> Parsed<'_, ItemKind> {
+fn parameter(input: Tokens<'_>) -> ParseResult<'_, ItemKind> {
     let allowed = &["in", "log", "fixed", "nominal", "prior"];
     if let Some(array) = array_of(ArrayKind::Parameter, allowed, "a parameter", input) {
         return array;
@@ -190,7 +190,7 @@ fn parameter(input: Tokens<'_>) -> Parsed<'_, ItemKind> {
     Ok((rest, ItemKind::Parameter { name, unit, value, attributes }))
 }
 
-fn input(input: Tokens<'_>) -> Parsed<'_, ItemKind> {
+fn input(input: Tokens<'_>) -> ParseResult<'_, ItemKind> {
     let allowed = &["hold", "linear"];
     if let Some(array) = array_of(ArrayKind::Input, allowed, "an input", input) {
         return array;
@@ -202,18 +202,18 @@ fn input(input: Tokens<'_>) -> Parsed<'_, ItemKind> {
 }
 
 /// Refuses a value for an input, whose values come from the data.
-pub(super) fn no_value_of_input(rest: Tokens<'_>) -> Parsed<'_, ()> {
+pub(super) fn no_value_of_input(rest: Tokens<'_>) -> ParseResult<'_, ()> {
     if rest.first() == Some(TokenKind::Equal) {
         let message = "an input has no value in the model";
         return rest.wrong(
-            Diagnostic::new(Code::E105, rest.span(), message)
+            Diagnostic::new(Code::UnexpectedToken, rest.span(), message)
                 .help("its values come from the data; a `constant` or `parameter` has one"),
         );
     }
     Ok((rest, ()))
 }
 
-fn unknown(declared_as: UnknownKind, input: Tokens<'_>) -> Parsed<'_, ItemKind> {
+fn unknown(declared_as: UnknownKind, input: Tokens<'_>) -> ParseResult<'_, ItemKind> {
     let what = match declared_as {
         UnknownKind::State => "a state",
         UnknownKind::Unknown => "an unknown",
@@ -233,12 +233,12 @@ fn unknown(declared_as: UnknownKind, input: Tokens<'_>) -> Parsed<'_, ItemKind> 
 }
 
 /// `unit stroke = 0.118 [l]`
-fn unit(input: Tokens<'_>) -> Parsed<'_, ItemKind> {
+fn unit(input: Tokens<'_>) -> ParseResult<'_, ItemKind> {
     let (rest, (name, value)) = (name, value("a unit")).parse(input)?;
     if !matches!(value.kind, ExprKind::Number { .. }) {
         let message = "a unit is a number of another unit";
         return rest.wrong(
-            Diagnostic::new(Code::E105, value.span, message)
+            Diagnostic::new(Code::UnexpectedToken, value.span, message)
                 .help(format!("write it so: `unit {} = 0.118 [l]`", name.text)),
         );
     }
@@ -246,13 +246,13 @@ fn unit(input: Tokens<'_>) -> Parsed<'_, ItemKind> {
     Ok((rest, ItemKind::Unit { name, value }))
 }
 
-fn size(input: Tokens<'_>) -> Parsed<'_, ItemKind> {
+fn size(input: Tokens<'_>) -> ParseResult<'_, ItemKind> {
     let (rest, (name, value)) = (name, value("a size")).parse(input)?;
     let rest = attributes(&[], "a size", rest)?.0;
     Ok((rest, ItemKind::Size { name, value }))
 }
 
-fn definition(input: Tokens<'_>) -> Parsed<'_, ItemKind> {
+fn definition(input: Tokens<'_>) -> ParseResult<'_, ItemKind> {
     let help = "a `let` for each index stands in a loop: `for i in 1..N { let NAME[i] = … }`";
     array::no_range(dotted(input)?.0, "a `let` can be an array only in a loop", help)?;
     let (rest, ((name, unit), value)) = (declared, value("a `let`")).parse(input)?;
@@ -260,21 +260,21 @@ fn definition(input: Tokens<'_>) -> Parsed<'_, ItemKind> {
     Ok((rest, ItemKind::Let { name, unit, value }))
 }
 
-fn function(input: Tokens<'_>) -> Parsed<'_, ItemKind> {
+fn function(input: Tokens<'_>) -> ParseResult<'_, ItemKind> {
     let (rest, (name, arguments)) = signature(input)?;
     let (rest, body) = value("a function")(rest)?;
     Ok((rest, ItemKind::Function { name, arguments, lets: Vec::new(), body }))
 }
 
 /// `function NAME(arguments) =`, followed by a block.
-pub(crate) fn head_of_function(input: Tokens<'_>) -> Parsed<'_, (Name, Vec<Argument>)> {
+pub(crate) fn head_of_function(input: Tokens<'_>) -> ParseResult<'_, (Name, Vec<FormalArgument>)> {
     let (rest, head) = signature(input.behind_first())?;
     let rest = token(TokenKind::Equal, "`=` before the block of a function")(rest)?.0;
     if rest.is_empty() { Ok((rest, head)) } else { rest.expected("`{`") }
 }
 
 /// `let NAME [unit] = …` within a function.
-pub(crate) fn local_let(input: Tokens<'_>) -> Parsed<'_, LocalLet> {
+pub(crate) fn local_let(input: Tokens<'_>) -> ParseResult<'_, LocalLet> {
     let what = "a `let`";
     let (rest, (name, unit)) = (name, optional_unit).parse(input.behind_first())?;
     let (rest, value) = value(what)(rest)?;
@@ -286,14 +286,14 @@ pub(crate) fn local_let(input: Tokens<'_>) -> Parsed<'_, LocalLet> {
 }
 
 /// The last line of a function's block.
-pub(crate) fn last_value(input: Tokens<'_>) -> Parsed<'_, Expr> {
+pub(crate) fn last_value(input: Tokens<'_>) -> ParseResult<'_, Expr> {
     let (rest, value) = expression(input)?;
     if rest.is_empty() { Ok((rest, value)) } else { rest.expected(OPERATOR) }
 }
 
 /// A name and the arguments between parentheses.
-pub(super) fn signature(input: Tokens<'_>) -> Parsed<'_, (Name, Vec<Argument>)> {
-    let argument = map((name, optional_unit), |(name, unit)| Argument { name, unit });
+pub(super) fn signature(input: Tokens<'_>) -> ParseResult<'_, (Name, Vec<FormalArgument>)> {
+    let argument = map((name, optional_unit), |(name, unit)| FormalArgument { name, unit });
     let (open, name) = dotted(input)?;
     let rest = token(TokenKind::Open, "`(` and the arguments")(open)?.0;
     let comma = token(TokenKind::Comma, "`,`");
@@ -305,10 +305,10 @@ pub(super) fn signature(input: Tokens<'_>) -> Parsed<'_, (Name, Vec<Argument>)> 
     Ok((rest, (name, arguments)))
 }
 
-fn output(input: Tokens<'_>) -> Parsed<'_, ItemKind> {
+fn output(input: Tokens<'_>) -> ParseResult<'_, ItemKind> {
     if let Some((element, _)) = part::index_at_the_end(input) {
         let message = "the index of a part stands at the end";
-        let diagnostic = Diagnostic::new(Code::E105, input.span(), message);
+        let diagnostic = Diagnostic::new(Code::UnexpectedToken, input.span(), message);
         return input.wrong(diagnostic.help(format!(
             "`output NAME = {element}` is an output of one, and without an index an output of each"
         )));
@@ -319,7 +319,7 @@ fn output(input: Tokens<'_>) -> Parsed<'_, ItemKind> {
 }
 
 /// `name = value` up to the end.
-pub(crate) fn setting(input: Tokens<'_>) -> Parsed<'_, (Name, Expr)> {
+pub(crate) fn setting(input: Tokens<'_>) -> ParseResult<'_, (Name, Expr)> {
     let equal = token(TokenKind::Equal, "`=` behind the name");
     let (mut rest, mut name) = dotted(input)?;
     // An element of an array, `k[2]`.
@@ -337,19 +337,19 @@ pub(crate) fn setting(input: Tokens<'_>) -> Parsed<'_, (Name, Expr)> {
 }
 
 /// An equation with its label.
-fn labelled(input: Tokens<'_>) -> Parsed<'_, (Name, Expr, Expr)> {
+fn labelled(input: Tokens<'_>) -> ParseResult<'_, (Name, Expr, Expr)> {
     let colon = token(TokenKind::Colon, "`:` behind the equation's label");
     let equal = token(TokenKind::Equal, "`=` or an operator");
     let (rest, (label, _, left, _, right)) =
         (dotted, colon, expression, equal, expression).parse(input)?;
     if rest.first() == Some(TokenKind::Equal) {
         let message = "an equation has one `=`";
-        return rest.wrong(Diagnostic::new(Code::E105, rest.span(), message));
+        return rest.wrong(Diagnostic::new(Code::UnexpectedToken, rest.span(), message));
     }
     Ok((rest, (label, left, right)))
 }
 
-fn equation(input: Tokens<'_>) -> Parsed<'_, ItemKind> {
+fn equation(input: Tokens<'_>) -> ParseResult<'_, ItemKind> {
     let (rest, (label, left, right)) = labelled(input)?;
     let is_attribute = ATTRIBUTES.iter().any(|(word, _)| rest.starts_with_word(word));
     let (rest, attributes) = if is_attribute {
@@ -361,7 +361,7 @@ fn equation(input: Tokens<'_>) -> Parsed<'_, ItemKind> {
 }
 
 /// `start steady` or `start equation level: der(h) = 0`
-fn start(input: Tokens<'_>) -> Parsed<'_, ItemKind> {
+fn start(input: Tokens<'_>) -> ParseResult<'_, ItemKind> {
     if input.starts_with_word("equation") {
         let (rest, (label, left, right)) = labelled(input.behind_first())?;
         return Ok((rest, ItemKind::Start(StartRule::Equation { label, left, right })));
@@ -371,11 +371,11 @@ fn start(input: Tokens<'_>) -> Parsed<'_, ItemKind> {
 }
 
 /// `saturate x >= e`
-fn saturate(input: Tokens<'_>) -> Parsed<'_, ItemKind> {
+fn saturate(input: Tokens<'_>) -> ParseResult<'_, ItemKind> {
     let (rest, (name, indices)) = (dotted, array::indices).parse(input)?;
     let side = match rest.first() {
-        Some(TokenKind::GreaterEqual) => Bound::Lower,
-        Some(TokenKind::LessEqual) => Bound::Upper,
+        Some(TokenKind::GreaterEqual) => BoundSide::Lower,
+        Some(TokenKind::LessEqual) => BoundSide::Upper,
         _ => return rest.expected("`>=` or `<=` and a bound"),
     };
     let (rest, bound) = expression(rest.behind_first())?;
@@ -383,7 +383,7 @@ fn saturate(input: Tokens<'_>) -> Parsed<'_, ItemKind> {
 }
 
 /// Reads an attribute after its word.
-type AttributeRule = for<'a> fn(Tokens<'a>) -> Parsed<'a, AttributeKind>;
+type AttributeRule = for<'a> fn(Tokens<'a>) -> ParseResult<'a, AttributeKind>;
 
 /// Words of attributes, with their rules.
 const ATTRIBUTES: &[(&str, AttributeRule)] = &[
@@ -398,9 +398,9 @@ const ATTRIBUTES: &[(&str, AttributeRule)] = &[
     ("noise", |input| map(expression, AttributeKind::Noise).parse(input)),
     ("history", |input| map(expression, AttributeKind::History).parse(input)),
     ("exact", |input| Ok((input, AttributeKind::Exact))),
-    ("pchip", |input| Ok((input, AttributeKind::Shape(Shape::Pchip)))),
-    ("natural", |input| Ok((input, AttributeKind::Shape(Shape::Natural)))),
-    ("cubic", |input| Ok((input, AttributeKind::Shape(Shape::Cubic)))),
+    ("pchip", |input| Ok((input, AttributeKind::Shape(TableInterpolation::Pchip)))),
+    ("natural", |input| Ok((input, AttributeKind::Shape(TableInterpolation::Natural)))),
+    ("cubic", |input| Ok((input, AttributeKind::Shape(TableInterpolation::Cubic)))),
     ("beyond", table::beyond),
     ("smooth", |input| map(expression, AttributeKind::Smooth).parse(input)),
 ];
@@ -410,7 +410,7 @@ pub(super) fn attributes<'a>(
     allowed: &[&str],
     what: &str,
     mut input: Tokens<'a>,
-) -> Parsed<'a, Vec<Attribute>> {
+) -> ParseResult<'a, Vec<Attribute>> {
     let mut attributes: Vec<(&str, Attribute)> = Vec::new();
     if input.first() == Some(TokenKind::Comma) {
         let behind = input.behind_first();
@@ -418,8 +418,8 @@ pub(super) fn attributes<'a>(
             let word = behind.first_text();
             let message = format!("`{word}` has a comma in front of it");
             return input.wrong(
-                Diagnostic::new(Code::E105, input.span(), message)
-                    .fix(Fix::safe(vec![Edit::replace(input.span(), " ")])),
+                Diagnostic::new(Code::UnexpectedToken, input.span(), message)
+                    .fix(Fix::safe(vec![FixEdit::replace(input.span(), " ")])),
             );
         }
     }
@@ -442,7 +442,7 @@ pub(super) fn attributes<'a>(
                 format!("`{earlier}` and `{word}` exclude each other")
             };
             return input.wrong(
-                Diagnostic::new(Code::E108, attribute.span, message)
+                Diagnostic::new(Code::RepeatedAttribute, attribute.span, message)
                     .label(first.span, "given here already"),
             );
         }
@@ -460,11 +460,13 @@ pub(super) fn attributes<'a>(
     }
 }
 
-fn attribute<'a>(allowed: &[&str], what: &str, input: Tokens<'a>) -> Parsed<'a, Attribute> {
+fn attribute<'a>(allowed: &[&str], what: &str, input: Tokens<'a>) -> ParseResult<'a, Attribute> {
     let text = input.first_text();
     if input.first() == Some(TokenKind::Number) {
         let message = format!("expected an attribute, found the number `{text}`");
-        return input.wrong(Diagnostic::new(Code::E105, input.span(), message).help(DECIMAL_POINT));
+        return input.wrong(
+            Diagnostic::new(Code::UnexpectedToken, input.span(), message).help(DECIMAL_POINT),
+        );
     }
     if input.first() != Some(TokenKind::Name) {
         return input.expected("an attribute");
@@ -483,18 +485,19 @@ fn attribute<'a>(allowed: &[&str], what: &str, input: Tokens<'a>) -> Parsed<'a, 
             None if allowed.is_empty() => format!("{what} has no attributes"),
             None => format!("{what} can have: {}", allowed.join(", ")),
         };
-        return input.wrong(Diagnostic::new(Code::E107, input.span(), message).help(help));
+        return input
+            .wrong(Diagnostic::new(Code::MisplacedAttribute, input.span(), message).help(help));
     };
     let (rest, kind) = cut(*rule).parse(input.behind_first())?;
     Ok((rest, Attribute { span: input.span_to(&rest), kind }))
 }
 
 /// `a .. b`, each end optional.
-fn bounds(input: Tokens<'_>) -> Parsed<'_, AttributeKind> {
+fn bounds(input: Tokens<'_>) -> ParseResult<'_, AttributeKind> {
     if let Some(pair) = in_brackets(input) {
         return input.wrong(
-            Diagnostic::new(Code::E105, input.span(), "bounds stand without brackets")
-                .fix(Fix::safe(vec![Edit::replace(input.span(), pair)])),
+            Diagnostic::new(Code::UnexpectedToken, input.span(), "bounds stand without brackets")
+                .fix(Fix::safe(vec![FixEdit::replace(input.span(), pair)])),
         );
     }
     let (rest, lower) = bound(input)?;
@@ -506,7 +509,7 @@ fn bounds(input: Tokens<'_>) -> Parsed<'_, AttributeKind> {
         let is_word = rest.first() == Some(TokenKind::Name);
         let upper = if is_word { rest.behind_first() } else { rest }.written();
         return rest.wrong(
-            Diagnostic::new(Code::E105, rest.span(), message)
+            Diagnostic::new(Code::UnexpectedToken, rest.span(), message)
                 .help(format!("write `in {} .. {upper}`", input.written_to(&rest))),
         );
     }
@@ -523,7 +526,7 @@ fn in_brackets(input: Tokens<'_>) -> Option<String> {
 }
 
 /// A bound, if present.
-fn bound(input: Tokens<'_>) -> Parsed<'_, Option<Expr>> {
+fn bound(input: Tokens<'_>) -> ParseResult<'_, Option<Expr>> {
     match input.first() {
         Some(TokenKind::Range | TokenKind::Comma) | None => Ok((input, None)),
         Some(_) => map(expression, Some).parse(input),
@@ -531,7 +534,7 @@ fn bound(input: Tokens<'_>) -> Parsed<'_, Option<Expr>> {
 }
 
 /// `normal(mean, standard deviation)`, or another distribution with two numbers.
-fn prior(input: Tokens<'_>) -> Parsed<'_, AttributeKind> {
+fn prior(input: Tokens<'_>) -> ParseResult<'_, AttributeKind> {
     let named = |law: &PriorLaw| word(law.word(), "")(input).ok().map(|(rest, _)| (*law, rest));
     let Some((law, rest)) = PriorLaw::ALL.iter().find_map(named) else {
         let laws = "`normal(mean, standard deviation)`, `lognormal(…)`, `uniform(…)`, `laplace(…)` or `gamma(…)`";

@@ -13,7 +13,7 @@ use nom::{IResult, Parser};
 
 use super::item;
 use crate::diagnostics::{Code, Diagnostic, Diagnostics};
-use crate::source::{SourceId, Sources, Span};
+use crate::source::{SourceId, SourceMap, Span};
 
 /// The kind of a token.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -105,11 +105,11 @@ impl Token {
 pub(crate) const RESERVED: &[&str] = &["and", "or", "not", "if", "then", "else"];
 
 /// Splits a source into tokens. Unreadable text becomes [`TokenKind::Invalid`] and is reported.
-pub fn tokens(source: SourceId, sources: &Sources, diagnostics: &mut Diagnostics) -> Vec<Token> {
+pub fn tokens(source: SourceId, sources: &SourceMap, diagnostics: &mut Diagnostics) -> Vec<Token> {
     let text = sources.get(source).text.as_str();
     if i32::try_from(text.len()).is_err() {
         let span = Span { source, start: 0, end: 0 };
-        diagnostics.error(Diagnostic::new(Code::E112, span, "the file is larger than 2 GiB"));
+        diagnostics.error(Diagnostic::new(Code::EmptyFile, span, "the file is larger than 2 GiB"));
         return Vec::new();
     }
     cut(source, text.strip_prefix('\u{feff}').unwrap_or(text), text.len(), &mut |mistake| {
@@ -164,10 +164,10 @@ fn cut(source: SourceId, text: &str, end: usize, report: &mut dyn FnMut(Diagnost
     }
 }
 
-type Lexed<'a, T = TokenKind> = IResult<&'a str, T, (&'a str, ErrorKind)>;
+type LexResult<'a, T = TokenKind> = IResult<&'a str, T, (&'a str, ErrorKind)>;
 
 /// A valid token, apart from unit brackets.
-fn sound(input: &str) -> Lexed<'_> {
+fn sound(input: &str) -> LexResult<'_> {
     alt((
         value(TokenKind::Name, name),
         value(TokenKind::Number, number),
@@ -179,7 +179,7 @@ fn sound(input: &str) -> Lexed<'_> {
     .parse(input)
 }
 
-fn name(input: &str) -> Lexed<'_, &str> {
+fn name(input: &str) -> LexResult<'_, &str> {
     recognize((satisfy(is_letter), take_while(is_name_character))).parse(input)
 }
 
@@ -206,7 +206,7 @@ fn is_name_character(c: char) -> bool {
 }
 
 /// Digits, an optional point with digits, an optional exponent; not directly followed by a word.
-fn number(input: &str) -> Lexed<'_, &str> {
+fn number(input: &str) -> LexResult<'_, &str> {
     verify(
         verify_rest(digits, |rest| {
             let dot = rest.starts_with('.') && !rest.starts_with("..");
@@ -217,7 +217,7 @@ fn number(input: &str) -> Lexed<'_, &str> {
     .parse(input)
 }
 
-fn digits(input: &str) -> Lexed<'_, &str> {
+fn digits(input: &str) -> LexResult<'_, &str> {
     let fraction = (char('.'), digit1);
     let exponent = (one_of("eE"), opt(one_of("+-")), digit1);
     recognize((digit1, opt(fraction), opt(exponent))).parse(input)
@@ -246,7 +246,7 @@ fn in_range(number: &str) -> bool {
 }
 
 /// `/// …` or `# …` up to the end of the line.
-fn comment(input: &str) -> Lexed<'_> {
+fn comment(input: &str) -> LexResult<'_> {
     let line = |c: char| !c.is_control() || c == '\t';
     let kind = alt((value(TokenKind::Doc, tag("///")), value(TokenKind::Comment, tag("#"))));
     verify_rest(terminated(kind, take_while(line)), at_line_end).parse(input)
@@ -256,11 +256,11 @@ fn at_line_end(rest: &str) -> bool {
     rest.is_empty() || rest.starts_with('\n') || rest.starts_with("\r\n")
 }
 
-fn line_end(input: &str) -> Lexed<'_> {
+fn line_end(input: &str) -> LexResult<'_> {
     value(TokenKind::Newline, alt((tag("\n"), tag("\r\n")))).parse(input)
 }
 
-fn symbol(input: &str) -> Lexed<'_> {
+fn symbol(input: &str) -> LexResult<'_> {
     let two = alt((
         value(TokenKind::LessEqual, tag("<=")),
         value(TokenKind::GreaterEqual, tag(">=")),
@@ -289,7 +289,7 @@ fn symbol(input: &str) -> Lexed<'_> {
     alt((two, one)).parse(input)
 }
 
-fn text(input: &str) -> Lexed<'_, &str> {
+fn text(input: &str) -> LexResult<'_, &str> {
     recognize((char('"'), take_while(|c: char| c != '"' && !c.is_control()), char('"')))
         .parse(input)
 }
@@ -315,31 +315,31 @@ fn brackets<'a>(
 
 /// The reason why a piece of text is not a token.
 #[derive(Debug)]
-struct Mistake {
+struct LexicalMistake {
     code: Code,
     message: String,
     help: Option<&'static str>,
 }
 
 /// Takes a nonempty piece that is not a token, with the reason.
-fn unsound(input: &str) -> (&str, Result<TokenKind, Mistake>) {
-    let result: Lexed<'_, Mistake> = alt((
+fn unsound(input: &str) -> (&str, Result<TokenKind, LexicalMistake>) {
+    let result: LexResult<'_, LexicalMistake> = alt((
         map(malformed_number, |piece: &str| number_mistake(piece)),
         map(unclosed, |piece: &str| {
             let closing = if piece.starts_with('"') { '"' } else { ']' };
-            Mistake {
-                code: Code::E104,
+            LexicalMistake {
+                code: Code::UnclosedText,
                 message: format!("no `{closing}` closes this on its line"),
                 help: None,
             }
         }),
-        map(broken_comment, |_| Mistake {
-            code: Code::E101,
+        map(broken_comment, |_| LexicalMistake {
+            code: Code::UnexpectedCharacter,
             message: "control character in a comment".to_owned(),
             help: None,
         }),
-        map(unexpected, |piece: &str| Mistake {
-            code: Code::E101,
+        map(unexpected, |piece: &str| LexicalMistake {
+            code: Code::UnexpectedCharacter,
             message: match piece.chars().next() {
                 Some(c) if c.is_control() => format!("unexpected control character {c:?}"),
                 _ => format!("unexpected character `{}`", shortened(piece)),
@@ -363,7 +363,7 @@ fn shortened(piece: &str) -> String {
 }
 
 /// A malformed number, up to the next blank or operator; `1..2` keeps its range.
-fn malformed_number(input: &str) -> Lexed<'_, &str> {
+fn malformed_number(input: &str) -> LexResult<'_, &str> {
     let begins = input.strip_prefix('.').unwrap_or(input).starts_with(|c: char| c.is_ascii_digit());
     if !begins {
         return Err(nom::Err::Error((input, ErrorKind::Digit)));
@@ -377,18 +377,18 @@ fn malformed_number(input: &str) -> Lexed<'_, &str> {
 }
 
 /// `# …` with forbidden characters.
-fn broken_comment(input: &str) -> Lexed<'_, &str> {
+fn broken_comment(input: &str) -> LexResult<'_, &str> {
     preceded(peek(alt((tag("///"), tag("#")))), take_while1(|c| c != '\n')).parse(input)
 }
 
-fn number_mistake(piece: &str) -> Mistake {
+fn number_mistake(piece: &str) -> LexicalMistake {
     let (mantissa, _) = piece.split_once(['e', 'E']).unwrap_or((piece, ""));
     let letter = piece.find(|c: char| !c.is_ascii_digit() && c != '.');
     let is_exponent = letter.is_some_and(|at| at == mantissa.len() && piece.len() == at + 1);
     let shown = shortened(piece);
     if piece.parse::<f64>().is_ok() && !piece.starts_with('.') && !piece.ends_with('.') {
-        return Mistake {
-            code: Code::E103,
+        return LexicalMistake {
+            code: Code::NumberOutOfRange,
             message: format!("`{shown}` is out of the range of numbers"),
             help: Some("numbers reach from about 1e-308 to 1e308"),
         };
@@ -404,16 +404,20 @@ fn number_mistake(piece: &str) -> Mistake {
     } else {
         "a number has one decimal point at most"
     };
-    Mistake { code: Code::E102, message: format!("`{shown}` is not a number"), help: Some(help) }
+    LexicalMistake {
+        code: Code::MalformedNumber,
+        message: format!("`{shown}` is not a number"),
+        help: Some(help),
+    }
 }
 
 /// `"` or `[` without its end, up to the end of the line.
-fn unclosed(input: &str) -> Lexed<'_, &str> {
+fn unclosed(input: &str) -> LexResult<'_, &str> {
     preceded(peek(one_of("\"[")), take_while1(|c: char| !c.is_control() || c == '\t')).parse(input)
 }
 
 /// A run of characters that begin no token, or a word that begins with one.
-fn unexpected(input: &str) -> Lexed<'_, &str> {
+fn unexpected(input: &str) -> LexResult<'_, &str> {
     let begins_nothing = |c: char| !c.is_ascii() && !is_letter(c) && !c.is_whitespace();
     let word = (one_of("_°µ"), take_while(|c| begins_nothing(c) || is_name_character(c)));
     let controls = take_while1(|c: char| c.is_control() && !matches!(c, '\n' | '\r' | '\t'));
@@ -539,11 +543,11 @@ pub(super) fn begins_item(first: Token, second: Option<Token>, source: &str) -> 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::source::Source;
+    use crate::source::SourceText;
 
     fn read(text: &str) -> (Vec<(TokenKind, String)>, Vec<String>) {
-        let mut sources = Sources::default();
-        let id = sources.add(Source { name: "test".into(), text: text.into() });
+        let mut sources = SourceMap::default();
+        let id = sources.add(SourceText { name: "test".into(), text: text.into() });
         let mut diagnostics = Diagnostics::default();
         let tokens = tokens(id, &sources, &mut diagnostics);
         let mistakes = diagnostics.sorted();
@@ -633,8 +637,8 @@ mod tests {
             ("let a = (1 +\nstate)\n", 1),
             ("let a = 1\r\nlet b = 2\r\n", 2),
         ] {
-            let mut sources = Sources::default();
-            let id = sources.add(Source { name: "test".into(), text: text.into() });
+            let mut sources = SourceMap::default();
+            let id = sources.add(SourceText { name: "test".into(), text: text.into() });
             let tokens = tokens(id, &sources, &mut Diagnostics::default());
             let ends = item_ends(&tokens, text);
             assert_eq!(ends.iter().filter(|&&end| end).count(), expected, "{text}");

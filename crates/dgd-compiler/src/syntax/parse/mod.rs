@@ -15,24 +15,26 @@ mod table;
 pub(super) mod tokens;
 mod unsound;
 
-use crate::diagnostics::{Code, Diagnostic, Diagnostics, Reported};
-use crate::source::{SourceId, Sources, Span};
-use crate::syntax::ast::{Ast, Choice, Clause, EffectHeader, Expr, Header, Item, ItemKind, Name};
+use crate::diagnostics::{Code, Diagnostic, Diagnostics, ErrorReported};
+use crate::source::{SourceId, SourceMap, Span};
+use crate::syntax::ast::{
+    Ast, EffectClause, EffectHeader, Expr, Item, ItemKind, ModelHeader, Name, VariantChoice,
+};
 use lexical::{Token, TokenKind};
-use notation::Declared;
-use tokens::{NESTING, Stop, Tokens, dotted, name, too_deep};
+use notation::TokenDeclarations;
+use tokens::{NESTING, ParseStop, Tokens, dotted, name, too_deep};
 
 pub(super) use item::is_keyword;
-pub use unsound::Hole;
+pub use unsound::UnreadableItem;
 
 /// Reads a source.
 ///
 /// The tree represents the text exactly; names and units are not resolved.
 pub fn parse(
     source: SourceId,
-    sources: &Sources,
+    sources: &SourceMap,
     diagnostics: &mut Diagnostics,
-) -> Result<Ast, Reported> {
+) -> Result<Ast, ErrorReported> {
     // Errors of earlier sources do not concern this one.
     let (ast, _, own) = read(source, sources);
     for diagnostic in own.sorted() {
@@ -43,7 +45,7 @@ pub fn parse(
 }
 
 /// Reads the valid items of a source and skips the rest, for tools that continue after an error.
-pub fn parse_what_is_sound(source: SourceId, sources: &Sources) -> Ast {
+pub fn parse_what_is_sound(source: SourceId, sources: &SourceMap) -> Ast {
     read(source, sources).0
 }
 
@@ -51,9 +53,9 @@ pub fn parse_what_is_sound(source: SourceId, sources: &Sources) -> Ast {
 /// that could not be read, if their heads show what they declare.
 pub fn parse_with_holes(
     source: SourceId,
-    sources: &Sources,
+    sources: &SourceMap,
     diagnostics: &mut Diagnostics,
-) -> (Ast, Vec<Hole>) {
+) -> (Ast, Vec<UnreadableItem>) {
     let (mut ast, holes, own) = read(source, sources);
     for diagnostic in own.sorted() {
         diagnostics.error(diagnostic.clone());
@@ -61,19 +63,20 @@ pub fn parse_with_holes(
     let stand_ins = holes.iter().filter_map(|(_, stand_in)| stand_in.clone());
     ast.items.extend(stand_ins);
     let letters = |span: Span| sources.text(span).chars().filter(|c| c.is_alphanumeric());
-    let is_header = |hole: &Hole| letters(hole.span).collect::<String>().contains("model");
+    let is_header =
+        |hole: &UnreadableItem| letters(hole.span).collect::<String>().contains("model");
     if let Some((hole, _)) = holes.iter().find(|(hole, _)| ast.model.is_none() && is_header(hole)) {
         let text = hole.names.last().cloned().unwrap_or_default();
-        ast.model = Some(Header { doc: Vec::new(), name: Name { text, span: hole.span } });
+        ast.model = Some(ModelHeader { doc: Vec::new(), name: Name { text, span: hole.span } });
     }
     (ast, holes.into_iter().map(|(hole, _)| hole).collect())
 }
 
 /// An unreadable item, and a possible replacement.
-type Unsound = (Hole, Option<Item>);
+type UnsoundItem = (UnreadableItem, Option<Item>);
 
 /// The valid items, the invalid ones, and the errors.
-fn read(source: SourceId, sources: &Sources) -> (Ast, Vec<Unsound>, Diagnostics) {
+fn read(source: SourceId, sources: &SourceMap) -> (Ast, Vec<UnsoundItem>, Diagnostics) {
     let mut problems = Diagnostics::default();
     let text = sources.get(source).text.as_str();
     let raw_tokens = lexical::tokens(source, sources, &mut problems);
@@ -88,14 +91,14 @@ fn read(source: SourceId, sources: &Sources) -> (Ast, Vec<Unsound>, Diagnostics)
         .map(|(token, _)| token)
         .collect();
 
-    let mut reader = Reader::new(source, text, &mut problems);
-    reader.declared = Declared::of(&tokens, text);
+    let mut reader = ItemReader::new(source, text, &mut problems);
+    reader.declared = TokenDeclarations::collect(&tokens, text);
     reader.unclosed = unclosed(&tokens);
     let items = reader.items(&tokens, 0);
     let (model, effect, holes) = (reader.model, reader.effect, reader.holes);
     if items.is_empty() && model.is_none() && effect.is_none() && problems.check().is_ok() {
         let span = Span { source, start: 0, end: 0 };
-        problems.error(Diagnostic::new(Code::E112, span, "there is nothing in this file"));
+        problems.error(Diagnostic::new(Code::EmptyFile, span, "there is nothing in this file"));
     }
     (Ast { source, model, effect, items, imports: Vec::new() }, holes, problems)
 }
@@ -103,14 +106,14 @@ fn read(source: SourceId, sources: &Sources) -> (Ast, Vec<Unsound>, Diagnostics)
 /// Reads `name = value`, a setting from outside a model file.
 pub fn parse_setting(
     source: SourceId,
-    sources: &Sources,
+    sources: &SourceMap,
     diagnostics: &mut Diagnostics,
-) -> Result<(Name, Expr), Reported> {
+) -> Result<(Name, Expr), ErrorReported> {
     let mut problems = Diagnostics::default();
     let text = sources.get(source).text.as_str();
     let mut tokens = lexical::tokens(source, sources, &mut problems);
     tokens.retain(|token| token.kind != TokenKind::Newline);
-    let mut reader = Reader::new(source, text, &mut problems);
+    let mut reader = ItemReader::new(source, text, &mut problems);
     let setting = reader.setting(&tokens);
     for diagnostic in problems.sorted() {
         diagnostics.error(diagnostic.clone());
@@ -120,26 +123,36 @@ pub fn parse_setting(
 }
 
 /// Reads the items of a file and of its blocks.
-struct Reader<'a, 'd> {
+struct ItemReader<'a, 'd> {
     source: SourceId,
     text: &'a str,
-    model: Option<Header>,
+    model: Option<ModelHeader>,
     effect: Option<EffectHeader>,
     /// Whether an item has been read.
     begun: bool,
     /// Items that could not be read.
-    holes: Vec<Unsound>,
-    declared: Declared<'a>,
+    holes: Vec<UnsoundItem>,
+    declared: TokenDeclarations<'a>,
     /// Positions of unclosed braces, in order.
     unclosed: Vec<u32>,
     diagnostics: &'d mut Diagnostics,
 }
 
-impl<'a, 'd> Reader<'a, 'd> {
+impl<'a, 'd> ItemReader<'a, 'd> {
     fn new(source: SourceId, text: &'a str, diagnostics: &'d mut Diagnostics) -> Self {
         let (model, effect, holes) = (None, None, Vec::new());
-        let (declared, unclosed) = (Declared::default(), Vec::new());
-        Reader { source, text, model, effect, begun: false, holes, declared, unclosed, diagnostics }
+        let (declared, unclosed) = (TokenDeclarations::default(), Vec::new());
+        ItemReader {
+            source,
+            text,
+            model,
+            effect,
+            begun: false,
+            holes,
+            declared,
+            unclosed,
+            diagnostics,
+        }
     }
 
     /// Reads items until no tokens are left.
@@ -156,7 +169,7 @@ impl<'a, 'd> Reader<'a, 'd> {
                 TokenKind::CloseBrace => {
                     let message = "no block is open for this `}`";
                     let span = self.span(*first);
-                    self.error(Diagnostic::new(Code::E115, span, message));
+                    self.error(Diagnostic::new(Code::UnmatchedBracket, span, message));
                     self.take_out(&mut items, span);
                     tokens = rest;
                 }
@@ -175,7 +188,7 @@ impl<'a, 'd> Reader<'a, 'd> {
         }
         if let Some(first) = doc.first() {
             let message = "this doc comment belongs to nothing";
-            self.error(Diagnostic::new(Code::E118, self.span(*first), message).help(
+            self.error(Diagnostic::new(Code::DetachedDoc, self.span(*first), message).help(
                 "write it above an item or at the end of its line; a remark begins with `#`",
             ));
         }
@@ -212,7 +225,7 @@ impl<'a, 'd> Reader<'a, 'd> {
             }
         };
         let last = statement.iter().rfind(|token| token.kind != TokenKind::Doc)?;
-        let span = self.span(*first).to(self.span(*last));
+        let span = self.span(*first).join(self.span(*last));
         Some(Item { span, doc: self.doc_lines(&docs), kind: kind? })
     }
 
@@ -253,7 +266,7 @@ impl<'a, 'd> Reader<'a, 'd> {
     fn header(&mut self, input: Tokens<'_>, docs: &[Token], is_first: bool) {
         if !is_first {
             let message = "`model` must be the first item of the file";
-            let diagnostic = Diagnostic::new(Code::E114, input.span(), message);
+            let diagnostic = Diagnostic::new(Code::MisplacedModelLine, input.span(), message);
             let diagnostic = match &self.model {
                 Some(model) => diagnostic.label(model.name.span, "the model is named here"),
                 None => diagnostic,
@@ -265,7 +278,7 @@ impl<'a, 'd> Reader<'a, 'd> {
             if rest.is_empty() { Ok((rest, name)) } else { rest.expected("the end of the line") }
         });
         if let Some(name) = self.report(result.map(|(_, name)| name)) {
-            self.model = Some(Header { doc: self.doc_lines(docs), name });
+            self.model = Some(ModelHeader { doc: self.doc_lines(docs), name });
         }
     }
 
@@ -273,7 +286,7 @@ impl<'a, 'd> Reader<'a, 'd> {
         if !is_first {
             let message = "`effect` must be the first item of the file";
             self.error(
-                Diagnostic::new(Code::E114, input.span(), message)
+                Diagnostic::new(Code::MisplacedModelLine, input.span(), message)
                     .help("an effect stands in a file of its own"),
             );
             return;
@@ -290,13 +303,17 @@ impl<'a, 'd> Reader<'a, 'd> {
         let message = match &mut self.effect {
             Some(_) if nesting > 0 => format!("`{keyword}` cannot stand within a block"),
             Some(effect) => {
-                effect.clauses.extend(clause.map(|(_, (span, kind))| Clause { span, doc, kind }));
+                effect.clauses.extend(clause.map(|(_, (span, kind))| EffectClause {
+                    span,
+                    doc,
+                    kind,
+                }));
                 return;
             }
             None => format!("`{keyword}` belongs in an effect"),
         };
         self.error(
-            Diagnostic::new(Code::E120, input.span(), message)
+            Diagnostic::new(Code::ClauseOutsideEffect, input.span(), message)
                 .help("an effect is a file that begins with `effect NAME on MODEL`"),
         );
     }
@@ -330,7 +347,7 @@ impl<'a, 'd> Reader<'a, 'd> {
         if choices.is_empty() {
             let message = format!("variant `{}` has no choices", name.text);
             self.error(
-                Diagnostic::new(Code::E105, name.span, message)
+                Diagnostic::new(Code::UnexpectedToken, name.span, message)
                     .help("write them as `NAME { … }`, the default first"),
             );
             return None;
@@ -365,12 +382,12 @@ impl<'a, 'd> Reader<'a, 'd> {
     ) -> Option<()> {
         if let Some(doc) = above.first() {
             let message = "this doc comment belongs to nothing";
-            self.error(Diagnostic::new(Code::E118, self.span(*doc), message));
+            self.error(Diagnostic::new(Code::DetachedDoc, self.span(*doc), message));
         }
         docs.extend(behind.iter().filter(|token| token.kind == TokenKind::Doc));
         if let Some(extra) = behind.iter().find(|token| token.kind != TokenKind::Doc) {
             let message = "expected the end of the line behind a block";
-            self.error(Diagnostic::new(Code::E105, self.span(*extra), message));
+            self.error(Diagnostic::new(Code::UnexpectedToken, self.span(*extra), message));
             return None;
         }
         Some(())
@@ -382,13 +399,13 @@ impl<'a, 'd> Reader<'a, 'd> {
         tokens: &'a [Token],
         docs: &mut Vec<Token>,
         nesting: u32,
-    ) -> Option<(Choice, &'a [Token])> {
+    ) -> Option<(VariantChoice, &'a [Token])> {
         let (rest, name) = self.report(name(self.input(tokens)))?;
         let (mut inside, mut behind) = self.block(&tokens[tokens.len() - rest.len()..])?;
         take_docs(&mut inside, docs);
         take_docs(&mut behind, docs);
         let items = self.items(inside, nesting + 1);
-        Some((Choice { doc: self.doc_lines(docs), name, items }, behind))
+        Some((VariantChoice { doc: self.doc_lines(docs), name, items }, behind))
     }
 
     /// Splits `{ … } …` into the content of the braces and the rest.
@@ -409,7 +426,7 @@ impl<'a, 'd> Reader<'a, 'd> {
             }
         }
         let message = "this `{` is not closed";
-        self.error(Diagnostic::new(Code::E115, self.span(tokens[0]), message));
+        self.error(Diagnostic::new(Code::UnmatchedBracket, self.span(tokens[0]), message));
         None
     }
 
@@ -440,7 +457,7 @@ impl<'a, 'd> Reader<'a, 'd> {
     }
 
     /// Reports a parser's failure.
-    fn report<T>(&mut self, result: Result<T, nom::Err<Box<Stop<'_>>>>) -> Option<T> {
+    fn report<T>(&mut self, result: Result<T, nom::Err<Box<ParseStop<'_>>>>) -> Option<T> {
         match result {
             Ok(out) => Some(out),
             Err(nom::Err::Error(stop) | nom::Err::Failure(stop)) => {

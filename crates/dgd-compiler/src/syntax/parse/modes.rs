@@ -7,12 +7,13 @@ use super::array;
 use super::expression::{expression, sum};
 use super::item::last_value;
 use super::lexical::{Token, TokenKind};
-use super::tokens::{OPERATOR, Parsed, Tokens, dotted, name, token, word};
-use super::{Reader, item_length, take_docs};
-use crate::diagnostics::{Code, Diagnostic, Edit, Fix};
+use super::tokens::{OPERATOR, ParseResult, Tokens, dotted, name, token, word};
+use super::{ItemReader, item_length, take_docs};
+use crate::diagnostics::{Code, Diagnostic, Fix, FixEdit};
 use crate::source::Span;
 use crate::syntax::ast::{
-    Choice, Condition, Crossing, Expr, Item, ItemKind, Name, Reaction, Reset, StartMode, Transition,
+    Crossing, CrossingCondition, Expr, Item, ItemKind, Name, Reaction, ResetClause, StartMode,
+    TransitionClause, VariantChoice,
 };
 
 /// The tokens before the block of a line, without doc comments, and the block; `None` if there is an invalid token.
@@ -29,7 +30,7 @@ pub(super) fn head_and_block<'a>(
     is_sound.then_some((plain, block))
 }
 
-impl<'a> Reader<'a, '_> {
+impl<'a> ItemReader<'a, '_> {
     /// `modes NAME { MODE { equations } … MODE -> MODE when … start MODE }`
     pub(super) fn modes(
         &mut self,
@@ -43,13 +44,13 @@ impl<'a> Reader<'a, '_> {
         {
             let message = "`start` stands inside the block";
             self.error(
-                Diagnostic::new(Code::E105, self.span(*start), message)
+                Diagnostic::new(Code::UnexpectedToken, self.span(*start), message)
                     .help("write `start MODE` in a line of its own between `{` and `}`"),
             );
             return None;
         }
         let (name, mut inside, behind) = self.named_block(statement, docs, nesting)?;
-        let mut modes: Vec<Choice> = Vec::new();
+        let mut modes: Vec<VariantChoice> = Vec::new();
         let mut transitions = Vec::new();
         let mut starts: Vec<StartMode> = Vec::new();
         let mut above = Vec::new();
@@ -74,7 +75,7 @@ impl<'a> Reader<'a, '_> {
                     if let Some(earlier) = always.filter(|_| start.condition.is_none()) {
                         let message = "`start` is given twice";
                         self.error(
-                            Diagnostic::new(Code::E108, start.mode.span, message)
+                            Diagnostic::new(Code::RepeatedAttribute, start.mode.span, message)
                                 .label(earlier.mode.span, "given here already")
                                 .help("say when: `start MODE if CONDITION`"),
                         );
@@ -93,7 +94,7 @@ impl<'a> Reader<'a, '_> {
         if modes.is_empty() {
             let message = format!("`{}` has no modes", name.text);
             self.error(
-                Diagnostic::new(Code::E105, name.span, message)
+                Diagnostic::new(Code::UnexpectedToken, name.span, message)
                     .help("write them as `NAME { … }`, the one it starts in first"),
             );
             return None;
@@ -108,7 +109,7 @@ impl<'a> Reader<'a, '_> {
         if !is_equation {
             let message = "a mode holds equations only";
             self.error(
-                Diagnostic::new(Code::E130, item.span, message)
+                Diagnostic::new(Code::DeclarationInMode, item.span, message)
                     .label(mode.span, "the mode")
                     .help("move it in front of `modes`: what is declared exists in every mode"),
             );
@@ -118,15 +119,15 @@ impl<'a> Reader<'a, '_> {
     }
 
     /// `MODE -> MODE when EXPRESSION falls below EXPRESSION`, optionally with `{ reset x = e }`.
-    fn transition(&mut self, line: &'a [Token], mut docs: Vec<Token>) -> Option<Transition> {
+    fn transition(&mut self, line: &'a [Token], mut docs: Vec<Token>) -> Option<TransitionClause> {
         let (plain, block) = head_and_block(line, &mut docs)?;
         let input = Tokens::new(&plain, self.text, self.source);
         let (_, (from, to, conditions)) = self.report(head_of_transition(input))?;
         let resets = if block.is_empty() { Vec::new() } else { self.resets(block, &mut docs)? };
         let last = line.iter().rfind(|token| token.kind != TokenKind::Doc)?;
-        let span = self.span(*line.first()?).to(self.span(*last));
+        let span = self.span(*line.first()?).join(self.span(*last));
         let doc = self.doc_lines(&docs);
-        Some(Transition { span, doc, from, to, conditions, resets })
+        Some(TransitionClause { span, doc, from, to, conditions, resets })
     }
 
     /// `when EXPRESSION falls below EXPRESSION { reset x = e }`
@@ -149,12 +150,12 @@ impl<'a> Reader<'a, '_> {
         span: Span,
         block: &'a [Token],
         docs: &mut Vec<Token>,
-    ) -> Option<Vec<Reset>> {
+    ) -> Option<Vec<ResetClause>> {
         let resets = if block.is_empty() { Vec::new() } else { self.resets(block, docs)? };
         if resets.is_empty() {
             let message = format!("this `{word}` does nothing");
             self.error(
-                Diagnostic::new(Code::E105, span, message)
+                Diagnostic::new(Code::UnexpectedToken, span, message)
                     .help("write `{ reset NAME = … }` behind it"),
             );
             return None;
@@ -176,7 +177,7 @@ impl<'a> Reader<'a, '_> {
     }
 
     /// `{ reset x = e … }`, one per line.
-    fn resets(&mut self, block: &'a [Token], docs: &mut Vec<Token>) -> Option<Vec<Reset>> {
+    fn resets(&mut self, block: &'a [Token], docs: &mut Vec<Token>) -> Option<Vec<ResetClause>> {
         let mut resets = Vec::new();
         let (mut inside, behind) = self.block(block)?;
         take_docs(&mut inside, docs);
@@ -196,7 +197,7 @@ impl<'a> Reader<'a, '_> {
 }
 
 /// The period of an `every`, optionally with its offset.
-fn times(input: Tokens<'_>) -> Parsed<'_, (Expr, Option<Expr>)> {
+fn times(input: Tokens<'_>) -> ParseResult<'_, (Expr, Option<Expr>)> {
     let (rest, period) = expression(input)?;
     if rest.starts_with_word("offset") {
         let (rest, offset) = last_value(rest.behind_first())?;
@@ -207,7 +208,7 @@ fn times(input: Tokens<'_>) -> Parsed<'_, (Expr, Option<Expr>)> {
 }
 
 /// `start MODE`, optionally with `if CONDITION`.
-fn start_mode(input: Tokens<'_>) -> Parsed<'_, StartMode> {
+fn start_mode(input: Tokens<'_>) -> ParseResult<'_, StartMode> {
     let (rest, mode) = name(input.behind_first())?;
     if rest.is_empty() {
         return Ok((rest, StartMode { mode, condition: None }));
@@ -222,9 +223,9 @@ fn start_mode(input: Tokens<'_>) -> Parsed<'_, StartMode> {
     }
 }
 
-type Head = (Name, Name, Vec<Condition>);
+type TransitionHead = (Name, Name, Vec<CrossingCondition>);
 
-fn head_of_transition(input: Tokens<'_>) -> Parsed<'_, Head> {
+fn head_of_transition(input: Tokens<'_>) -> ParseResult<'_, TransitionHead> {
     let arrow = token(TokenKind::Arrow, "`->` and the mode that follows, or `{` and equations");
     let when = word("when", "`when` and a condition such as `x falls below 0`");
     let (rest, (from, _, to, _)) = (name, arrow, name, when).parse(input)?;
@@ -233,7 +234,7 @@ fn head_of_transition(input: Tokens<'_>) -> Parsed<'_, Head> {
 }
 
 /// Conditions joined by `or`, up to the end.
-fn conditions(mut input: Tokens<'_>) -> Parsed<'_, Vec<Condition>> {
+fn conditions(mut input: Tokens<'_>) -> ParseResult<'_, Vec<CrossingCondition>> {
     let mut conditions = Vec::new();
     loop {
         let (rest, one) = condition(input)?;
@@ -243,7 +244,7 @@ fn conditions(mut input: Tokens<'_>) -> Parsed<'_, Vec<Condition>> {
         }
         if rest.starts_with_word("and") {
             let message = "what is watched is joined by `or` only";
-            return rest.wrong(Diagnostic::new(Code::E105, rest.span(), message).help(
+            return rest.wrong(Diagnostic::new(Code::UnexpectedToken, rest.span(), message).help(
                 "two conditions hold at once when the smaller of two differences, each over its unit, rises \
                  above 0: `when min((x - a)/1 [m], (y - b)/1 [s]) rises above 0`",
             ));
@@ -253,7 +254,7 @@ fn conditions(mut input: Tokens<'_>) -> Parsed<'_, Vec<Condition>> {
 }
 
 /// `EXPRESSION falls below EXPRESSION`
-fn condition(input: Tokens<'_>) -> Parsed<'_, Condition> {
+fn condition(input: Tokens<'_>) -> ParseResult<'_, CrossingCondition> {
     let (rest, left) = sum(input)?;
     let (crossing, side) = match (rest.first_text(), rest.first()) {
         ("rises", _) => (Crossing::Rises, "above"),
@@ -271,7 +272,7 @@ fn condition(input: Tokens<'_>) -> Parsed<'_, Condition> {
             let message = format!("what is watched passes a value, and `{sign}` only compares");
             let (left, right) = (input.written_to(&rest), rest.behind_first().written());
             return rest.wrong(
-                Diagnostic::new(Code::E105, rest.span(), message)
+                Diagnostic::new(Code::UnexpectedToken, rest.span(), message)
                     .help(format!("write `{left} {words} {right}`")),
             );
         }
@@ -280,22 +281,22 @@ fn condition(input: Tokens<'_>) -> Parsed<'_, Condition> {
     let expected = if side == "above" { "`above`" } else { "`below`" };
     let (rest, _) = word(side, expected)(rest.behind_first())?;
     let (rest, right) = sum(rest)?;
-    Ok((rest, Condition { left, crossing, right }))
+    Ok((rest, CrossingCondition { left, crossing, right }))
 }
 
 /// `reset x = e`
-fn reset(input: Tokens<'_>) -> Parsed<'_, Reset> {
+fn reset(input: Tokens<'_>) -> ParseResult<'_, ResetClause> {
     if input.first_text() != "reset" && input.second() == Some(TokenKind::Equal) {
         let message = "a new value begins with `reset`";
-        let fix = Fix::safe(vec![Edit::before(input.span(), "reset ".to_owned())]);
-        return input.wrong(Diagnostic::new(Code::E105, input.span(), message).fix(fix));
+        let fix = Fix::safe(vec![FixEdit::insert_before(input.span(), "reset ".to_owned())]);
+        return input.wrong(Diagnostic::new(Code::UnexpectedToken, input.span(), message).fix(fix));
     }
     let keyword = word("reset", "`reset NAME = …`");
     let equal = token(TokenKind::Equal, "`=`");
     let (rest, (_, name, indices, _, value)) =
         (keyword, dotted, array::indices, equal, expression).parse(input)?;
     if rest.is_empty() {
-        Ok((rest, Reset { span: input.span_to(&rest), name, indices, value }))
+        Ok((rest, ResetClause { span: input.span_to(&rest), name, indices, value }))
     } else {
         rest.expected(OPERATOR)
     }

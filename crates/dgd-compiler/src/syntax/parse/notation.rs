@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 
 use super::item::is_keyword;
 use super::lexical::{Token, TokenKind};
-use crate::diagnostics::{Code, Diagnostic, Edit, Fix};
+use crate::diagnostics::{Code, Diagnostic, Fix, FixEdit};
 use crate::source::{SourceId, Span};
 
 /// Items that can contain a derivative.
@@ -12,17 +12,17 @@ const WITH_FORMULAS: [&str; 3] = ["equation", "let", "output"];
 
 /// Names that a file declares, judging by its tokens.
 #[derive(Debug, Default)]
-pub(super) struct Declared<'a> {
+pub(super) struct TokenDeclarations<'a> {
     /// States and other unknowns.
     unknowns: BTreeSet<&'a str>,
     /// Labels of equations.
     labels: BTreeSet<&'a str>,
 }
 
-impl<'a> Declared<'a> {
+impl<'a> TokenDeclarations<'a> {
     /// The names declared by all tokens of a file.
-    pub(super) fn of(tokens: &[Token], text: &'a str) -> Self {
-        let mut declared = Declared::default();
+    pub(super) fn collect(tokens: &[Token], text: &'a str) -> Self {
+        let mut declared = TokenDeclarations::default();
         for [keyword, name] in tokens.array_windows() {
             if keyword.kind != TokenKind::Name || name.kind != TokenKind::Name {
                 continue;
@@ -50,14 +50,14 @@ pub(super) fn foreign(
     item: &[Token],
     text: &str,
     source: SourceId,
-    declared: &Declared<'_>,
+    declared: &TokenDeclarations<'_>,
 ) -> Option<Diagnostic> {
     let first = item.first()?;
     let derivatives = derivatives(item, text, source, declared);
     let other = derivatives.iter().find(|derivative| derivative.is_foreign);
-    let rewritten = || -> Vec<Edit> {
+    let rewritten = || -> Vec<FixEdit> {
         let foreign = derivatives.iter().filter(|derivative| derivative.is_foreign);
-        foreign.map(|one| Edit::replace(one.span, format!("der({})", one.of))).collect()
+        foreign.map(|one| FixEdit::replace(one.span, format!("der({})", one.of))).collect()
     };
     let keyword = first.text(text);
     if first.kind == TokenKind::Name && is_keyword(keyword) {
@@ -65,7 +65,7 @@ pub(super) fn foreign(
         let marked = other.filter(|derivative| derivative.is_marked)?;
         let (of, written) = (marked.of, marked.written(text));
         let message = format!("a derivative is written `der({of})`, not `{written}`");
-        let diagnostic = Diagnostic::new(Code::E105, marked.span, message);
+        let diagnostic = Diagnostic::new(Code::UnexpectedToken, marked.span, message);
         let is_fixed = WITH_FORMULAS.contains(&keyword);
         return Some(if is_fixed { diagnostic.fix(Fix::safe(rewritten())) } else { diagnostic });
     }
@@ -74,7 +74,7 @@ pub(super) fn foreign(
     let derivative = derivatives.first().filter(|_| is_equation && !has_label)?;
     let label = declared.label_for(derivative.of);
     let message = "an equation begins with `equation` and a label";
-    let mut diagnostic = Diagnostic::new(Code::E116, first.span(source), message);
+    let mut diagnostic = Diagnostic::new(Code::NotAnItem, first.span(source), message);
     if let Some(other) = other.filter(|other| other.span.start != first.start) {
         diagnostic = diagnostic.label(other.span, format!("this is `der({})`", other.of));
     }
@@ -84,7 +84,8 @@ pub(super) fn foreign(
         Some(edit) if edit.span.start == first.start => {
             edit.text = format!("equation {label}: {}", edit.text);
         }
-        _ => edits.insert(0, Edit::before(first.span(source), format!("equation {label}: "))),
+        _ => edits
+            .insert(0, FixEdit::insert_before(first.span(source), format!("equation {label}: "))),
     }
     Some(diagnostic.fix(Fix::safe(edits)))
 }
@@ -111,7 +112,7 @@ fn derivatives<'a>(
     item: &[Token],
     text: &'a str,
     source: SourceId,
-    declared: &Declared<'_>,
+    declared: &TokenDeclarations<'_>,
 ) -> Vec<Derivative<'a>> {
     use TokenKind::{Close, Name, Open, Prime, Slash};
     let mut derivatives = Vec::new();
@@ -136,7 +137,7 @@ fn derivatives<'a>(
             [Name, Open, Name, Close, ..] if word(0) == "der" => (word(2), 4, false, false),
             _ => continue,
         };
-        let span = rest[0].span(source).to(rest[length - 1].span(source));
+        let span = rest[0].span(source).join(rest[length - 1].span(source));
         derivatives.push(Derivative { span, of, is_foreign, is_marked });
     }
     derivatives

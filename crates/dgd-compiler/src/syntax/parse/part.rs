@@ -5,7 +5,7 @@ use nom::Parser;
 use super::array;
 use super::expression::{close, expression};
 use super::lexical::TokenKind;
-use super::tokens::{Parsed, Tokens, dotted, name, token};
+use super::tokens::{ParseResult, Tokens, dotted, name, token};
 use crate::diagnostics::{Code, Diagnostic};
 use crate::syntax::ast::{ItemKind, PartArgument};
 
@@ -29,7 +29,7 @@ pub(super) fn index_at_the_end(input: Tokens<'_>) -> Option<(String, String)> {
 }
 
 /// `PART.INPUT = e` or `PART.INPUT[1] = e`
-pub(super) fn binding(input: Tokens<'_>) -> Parsed<'_, ItemKind> {
+pub(super) fn binding(input: Tokens<'_>) -> ParseResult<'_, ItemKind> {
     let equal = token(TokenKind::Equal, "`=` and what the input is");
     let (rest, (input, indices, _, value)) =
         (dotted, array::indices, equal, expression).parse(input)?;
@@ -37,17 +37,15 @@ pub(super) fn binding(input: Tokens<'_>) -> Parsed<'_, ItemKind> {
 }
 
 /// `NAME: MODEL(a = e, …)` or `NAME[i in 1..N]: MODEL(a = e, …)` after the keyword; the parentheses are optional.
-pub(super) fn part(input: Tokens<'_>) -> Parsed<'_, ItemKind> {
+pub(super) fn part(input: Tokens<'_>) -> ParseResult<'_, ItemKind> {
     let colon = token(TokenKind::Colon, "`:` and the part's model");
     let model = name;
     let (rest, (name, axes)) = (name, array::axes).parse(input)?;
     if rest.first() == Some(TokenKind::Equal) {
         let message = "a part and its model have `:` between them";
-        return rest.wrong(Diagnostic::new(Code::E105, rest.span(), message).help(format!(
-            "write `part {}: {}`",
-            input.written_to(&rest),
-            rest.behind_first().written()
-        )));
+        return rest.wrong(Diagnostic::new(Code::UnexpectedToken, rest.span(), message).help(
+            format!("write `part {}: {}`", input.written_to(&rest), rest.behind_first().written()),
+        ));
     }
     let (rest, (_, model)) = (colon, model).parse(rest)?;
     let mut arguments = Vec::new();

@@ -6,24 +6,26 @@ use nom::combinator::cut;
 use super::expression::{close, expression, optional_unit};
 use super::item::{attributes, signature};
 use super::lexical::TokenKind;
-use super::tokens::{Parsed, Tokens, dotted, token};
+use super::tokens::{ParseResult, Tokens, dotted, token};
 use crate::diagnostics::{Code, Diagnostic, suggestion};
 use crate::source::Span;
 use crate::syntax::ast::{
-    Argument, AttributeKind, Beyond, Expr, ExprKind, ItemKind, Name, Point, Points,
+    AttributeKind, Expr, ExprKind, FormalArgument, ItemKind, Name, TableExtrapolation, TablePoint,
+    TablePoints,
 };
 
 /// Limit on the arguments of a table.
 const MOST_ARGUMENTS: usize = 2;
 
 /// Reads a table after its keyword.
-pub(super) fn table(input: Tokens<'_>) -> Parsed<'_, ItemKind> {
+pub(super) fn table(input: Tokens<'_>) -> ParseResult<'_, ItemKind> {
     let (rest, (name, arguments)) = cut(signature).parse(input)?;
     if let Some(more) = arguments.get(MOST_ARGUMENTS) {
         let message =
             format!("a table has one argument or two, and `{}` is another", more.name.text);
         return rest.wrong(
-            Diagnostic::new(Code::E105, more.name.span, message).help("make it of several tables"),
+            Diagnostic::new(Code::UnexpectedToken, more.name.span, message)
+                .help("make it of several tables"),
         );
     }
     let (rest, unit) = cut(optional_unit).parse(rest)?;
@@ -34,16 +36,20 @@ pub(super) fn table(input: Tokens<'_>) -> Parsed<'_, ItemKind> {
 }
 
 /// `from "eta.csv"`
-fn of_file(input: Tokens<'_>) -> Parsed<'_, Points> {
+fn of_file(input: Tokens<'_>) -> ParseResult<'_, TablePoints> {
     let (rest, path_span) =
         cut(token(TokenKind::Text, "a path such as \"eta.csv\"")).parse(input)?;
     let quoted = input.first_text();
     let path = quoted[1..quoted.len() - 1].to_owned();
-    Ok((rest, Points::File { path, path_span, rows: None }))
+    Ok((rest, TablePoints::File { path, path_span, rows: None }))
 }
 
 /// `= (0, 305), (1200, 301)`, `at (0, 1200) = (305, 301)` or `from "eta.csv"`.
-fn points<'a>(name: &Name, arguments: &[Argument], input: Tokens<'a>) -> Parsed<'a, Points> {
+fn points<'a>(
+    name: &Name,
+    arguments: &[FormalArgument],
+    input: Tokens<'a>,
+) -> ParseResult<'a, TablePoints> {
     if input.starts_with_word("from") {
         return of_file(input.behind_first());
     }
@@ -51,7 +57,7 @@ fn points<'a>(name: &Name, arguments: &[Argument], input: Tokens<'a>) -> Parsed<
         if let Some(second) = arguments.get(1) {
             let message = "`at` is for tables of one argument";
             return input.wrong(
-                Diagnostic::new(Code::E105, input.span(), message)
+                Diagnostic::new(Code::UnexpectedToken, input.span(), message)
                     .label(second.name.span, "this is another")
                     .help(format!("write its points: {}", example(arguments))),
             );
@@ -64,7 +70,7 @@ fn points<'a>(name: &Name, arguments: &[Argument], input: Tokens<'a>) -> Parsed<
             // An array of values.
             let (rest, Name { text, span }) = dotted(rest)?;
             let array = Expr { span, kind: ExprKind::Name(text) };
-            return Ok((rest, Points::Columns([abscissae, vec![array]])));
+            return Ok((rest, TablePoints::Columns([abscissae, vec![array]])));
         }
         let (rest, ordinates) = list(rest)?;
         if ordinates.len() != abscissae.len() {
@@ -74,13 +80,13 @@ fn points<'a>(name: &Name, arguments: &[Argument], input: Tokens<'a>) -> Parsed<
                 abscissae.len(),
                 ordinates.len()
             );
-            return rest.wrong(Diagnostic::new(Code::E105, values, message));
+            return rest.wrong(Diagnostic::new(Code::UnexpectedToken, values, message));
         }
-        return Ok((rest, Points::Columns([abscissae, ordinates])));
+        return Ok((rest, TablePoints::Columns([abscissae, ordinates])));
     }
     if input.first() != Some(TokenKind::Equal) {
         return input.wrong(
-            Diagnostic::new(Code::E111, input.span(), "a table needs its points")
+            Diagnostic::new(Code::MissingValue, input.span(), "a table needs its points")
                 .help(format!("write them behind it: {}", example(arguments))),
         );
     }
@@ -89,14 +95,18 @@ fn points<'a>(name: &Name, arguments: &[Argument], input: Tokens<'a>) -> Parsed<
     loop {
         if rest.first() != Some(TokenKind::Open) {
             return rest.wrong(
-                Diagnostic::new(Code::E105, rest.span(), "expected a point of the table")
-                    .help(format!("a point stands between parentheses: {}", example(arguments))),
+                Diagnostic::new(
+                    Code::UnexpectedToken,
+                    rest.span(),
+                    "expected a point of the table",
+                )
+                .help(format!("a point stands between parentheses: {}", example(arguments))),
             );
         }
         if rest.second() == Some(TokenKind::Open) && is_list_of_points(rest) {
             let message = "the points of a table stand without parentheses around them";
             return rest.wrong(
-                Diagnostic::new(Code::E105, rest.span(), message)
+                Diagnostic::new(Code::UnexpectedToken, rest.span(), message)
                     .help(format!("write them one after the other: {}", example(arguments))),
             );
         }
@@ -107,23 +117,27 @@ fn points<'a>(name: &Name, arguments: &[Argument], input: Tokens<'a>) -> Parsed<
             let count = numbers.len();
             let noun = if count == 1 { "number" } else { "numbers" };
             return begin.wrong(
-                Diagnostic::new(Code::E105, span, format!("this point has {count} {noun}"))
-                    .help(format!("write each so: {}", example(arguments))),
+                Diagnostic::new(
+                    Code::UnexpectedToken,
+                    span,
+                    format!("this point has {count} {noun}"),
+                )
+                .help(format!("write each so: {}", example(arguments))),
             );
         }
-        points.push(Point { span, numbers });
+        points.push(TablePoint { span, numbers });
         rest = behind;
         let goes_on =
             rest.first() == Some(TokenKind::Comma) && rest.second() != Some(TokenKind::Name);
         if !goes_on {
-            return Ok((rest, Points::Written(points)));
+            return Ok((rest, TablePoints::Written(points)));
         }
         rest = rest.behind_first();
     }
 }
 
 /// `= (q, value), (q, value)`
-fn example(arguments: &[Argument]) -> String {
+fn example(arguments: &[FormalArgument]) -> String {
     let names: Vec<&str> = arguments.iter().map(|a| a.name.text.as_str()).collect();
     let point = format!("({}, value)", names.join(", "));
     format!("`= {point}, {point}`")
@@ -135,7 +149,7 @@ fn is_list_of_points(input: Tokens<'_>) -> bool {
 }
 
 /// Expressions in parentheses, at least one.
-fn list(input: Tokens<'_>) -> Parsed<'_, Vec<Expr>> {
+fn list(input: Tokens<'_>) -> ParseResult<'_, Vec<Expr>> {
     let open = input.span();
     let mut rest = cut(token(TokenKind::Open, "`(` and numbers")).parse(input)?.0;
     let mut numbers = Vec::new();
@@ -151,13 +165,13 @@ fn list(input: Tokens<'_>) -> Parsed<'_, Vec<Expr>> {
 }
 
 /// `refuse`, `hold` or `extend`, after `beyond`.
-pub(super) fn beyond(input: Tokens<'_>) -> Parsed<'_, AttributeKind> {
+pub(super) fn beyond(input: Tokens<'_>) -> ParseResult<'_, AttributeKind> {
     let word = input.first_text();
-    let entry = Beyond::ALL.iter().find(|(known, _)| *known == word);
+    let entry = TableExtrapolation::ALL.iter().find(|(known, _)| *known == word);
     if let Some((_, beyond)) = entry.filter(|_| input.first() == Some(TokenKind::Name)) {
         return Ok((input.behind_first(), AttributeKind::Beyond(*beyond)));
     }
-    let near = suggestion(word, Beyond::ALL.iter().map(|(word, _)| *word));
+    let near = suggestion(word, TableExtrapolation::ALL.iter().map(|(word, _)| *word));
     let help = near.map_or_else(
         || {
             "beyond the ends `refuse` ends the run, `hold` goes on with the value there, and `extend` with the slope"
@@ -167,5 +181,5 @@ pub(super) fn beyond(input: Tokens<'_>) -> Parsed<'_, AttributeKind> {
     );
     let span: Span = input.span();
     let message = "expected `refuse`, `hold` or `extend`";
-    input.wrong(Diagnostic::new(Code::E105, span, message).help(help))
+    input.wrong(Diagnostic::new(Code::UnexpectedToken, span, message).help(help))
 }

@@ -30,7 +30,7 @@ pub(crate) struct Tokens<'a> {
 
 /// The reason why a parser stopped.
 #[derive(Debug)]
-pub(crate) struct Stop<'a> {
+pub(crate) struct ParseStop<'a> {
     /// The position.
     at: Tokens<'a>,
     /// The expected syntax.
@@ -39,7 +39,7 @@ pub(crate) struct Stop<'a> {
     diagnostic: Option<Diagnostic>,
 }
 
-pub(crate) type Parsed<'a, T> = IResult<Tokens<'a>, T, Box<Stop<'a>>>;
+pub(crate) type ParseResult<'a, T> = IResult<Tokens<'a>, T, Box<ParseStop<'a>>>;
 
 impl<'a> Tokens<'a> {
     /// The tokens of an item in a source with this text.
@@ -156,7 +156,7 @@ impl<'a> Tokens<'a> {
     }
 
     /// The tokens one level deeper; an error if that is too deep.
-    pub(crate) fn deeper(self) -> Result<Self, Err<Box<Stop<'a>>>> {
+    pub(crate) fn deeper(self) -> Result<Self, Err<Box<ParseStop<'a>>>> {
         if self.nesting == NESTING {
             return self.wrong::<()>(too_deep(self.span())).map(|_| self);
         }
@@ -169,14 +169,14 @@ impl<'a> Tokens<'a> {
     }
 
     /// A recoverable failure: another parser may be tried here.
-    pub(crate) fn expected<T>(self, expected: &'static str) -> Parsed<'a, T> {
-        Err(Err::Error(Box::new(Stop { at: self, expected, diagnostic: None })))
+    pub(crate) fn expected<T>(self, expected: &'static str) -> ParseResult<'a, T> {
+        Err(Err::Error(Box::new(ParseStop { at: self, expected, diagnostic: None })))
     }
 
     /// A failure with its own diagnostic, which ends the item.
-    pub(crate) fn wrong<T>(self, diagnostic: Diagnostic) -> Parsed<'a, T> {
+    pub(crate) fn wrong<T>(self, diagnostic: Diagnostic) -> ParseResult<'a, T> {
         let diagnostic = Some(diagnostic);
-        Err(Err::Failure(Box::new(Stop { at: self, expected: "", diagnostic })))
+        Err(Err::Failure(Box::new(ParseStop { at: self, expected: "", diagnostic })))
     }
 }
 
@@ -219,9 +219,9 @@ impl<'a> Input for Tokens<'a> {
     }
 }
 
-impl<'a> ParseError<Tokens<'a>> for Box<Stop<'a>> {
+impl<'a> ParseError<Tokens<'a>> for Box<ParseStop<'a>> {
     fn from_error_kind(at: Tokens<'a>, _: ErrorKind) -> Self {
-        Box::new(Stop { at, expected: "something else", diagnostic: None })
+        Box::new(ParseStop { at, expected: "something else", diagnostic: None })
     }
 
     fn append(_: Tokens<'a>, _: ErrorKind, other: Self) -> Self {
@@ -234,13 +234,13 @@ impl<'a> ParseError<Tokens<'a>> for Box<Stop<'a>> {
     }
 }
 
-impl Stop<'_> {
+impl ParseStop<'_> {
     /// The diagnostic for the user.
     pub(crate) fn into_diagnostic(self) -> Diagnostic {
         if let Some(diagnostic) = self.diagnostic {
             return diagnostic;
         }
-        let Stop { at, expected, .. } = self;
+        let ParseStop { at, expected, .. } = self;
         let span = at.span();
         let text = at.first_text();
         let token = match at.first() {
@@ -249,7 +249,7 @@ impl Stop<'_> {
             Some(TokenKind::Text) => "a text".to_owned(),
             Some(TokenKind::Unit) => {
                 return Diagnostic::new(
-                    Code::E117,
+                    Code::MisplacedUnit,
                     span,
                     format!("no unit can stand here: {text}"),
                 )
@@ -258,19 +258,22 @@ impl Stop<'_> {
             }
             Some(TokenKind::Index) => {
                 let message = format!("no index can stand here: {text}");
-                return Diagnostic::new(Code::E105, span, message)
+                return Diagnostic::new(Code::UnexpectedToken, span, message)
                     .here(format!("expected {expected}"))
                     .help("if this is a unit, leave a blank before it");
             }
             Some(TokenKind::Close | TokenKind::CloseBrace) => {
                 let message = format!("no bracket is open for this `{text}`");
-                return Diagnostic::new(Code::E115, span, message)
+                return Diagnostic::new(Code::UnmatchedBracket, span, message)
                     .here(format!("expected {expected}"));
             }
             Some(_) => format!("`{text}`"),
         };
-        let diagnostic =
-            Diagnostic::new(Code::E105, span, format!("expected {expected}, found {token}"));
+        let diagnostic = Diagnostic::new(
+            Code::UnexpectedToken,
+            span,
+            format!("expected {expected}, found {token}"),
+        );
         match at.first() {
             Some(TokenKind::Star) if at.text[..span.start as usize].ends_with('*') => {
                 diagnostic.help("a power is written `a^b`")
@@ -315,7 +318,7 @@ pub(crate) const CLOSE: &str = "`)` or an operator";
 pub(crate) fn token<'a>(
     kind: TokenKind,
     expected: &'static str,
-) -> impl Fn(Tokens<'a>) -> Parsed<'a, Span> {
+) -> impl Fn(Tokens<'a>) -> ParseResult<'a, Span> {
     move |input| {
         if input.first() == Some(kind) {
             Ok((input.behind_first(), input.span()))
@@ -329,7 +332,7 @@ pub(crate) fn token<'a>(
 pub(crate) fn word<'a>(
     word: &'static str,
     expected: &'static str,
-) -> impl Fn(Tokens<'a>) -> Parsed<'a, Span> {
+) -> impl Fn(Tokens<'a>) -> ParseResult<'a, Span> {
     move |input| {
         if input.starts_with_word(word) {
             Ok((input.behind_first(), input.span()))
@@ -340,26 +343,26 @@ pub(crate) fn word<'a>(
 }
 
 /// A name that is not a reserved word.
-pub(crate) fn name(input: Tokens<'_>) -> Parsed<'_, Name> {
+pub(crate) fn name(input: Tokens<'_>) -> ParseResult<'_, Name> {
     let (text, span) = (input.first_text(), input.span());
     if input.first() != Some(TokenKind::Name) {
         return input.expected("a name");
     }
     if RESERVED.contains(&text) || text == "delay" {
         let message = format!("`{text}` is a word of the language and cannot be a name");
-        return input.wrong(Diagnostic::new(Code::E119, span, message));
+        return input.wrong(Diagnostic::new(Code::ReservedWord, span, message));
     }
     Ok((input.behind_first(), Name { text: text.to_owned(), span }))
 }
 
 /// A name, or names with points between them: `pump.q`.
-pub(crate) fn dotted(input: Tokens<'_>) -> Parsed<'_, Name> {
+pub(crate) fn dotted(input: Tokens<'_>) -> ParseResult<'_, Name> {
     name(input)?;
     members(input)
 }
 
 /// The name at the first token, with its members after points, where any word is a name.
-pub(crate) fn members(input: Tokens<'_>) -> Parsed<'_, Name> {
+pub(crate) fn members(input: Tokens<'_>) -> ParseResult<'_, Name> {
     let mut dotted = Name { text: input.first_text().to_owned(), span: input.span() };
     let mut rest = input.behind_first();
     while rest.first() == Some(TokenKind::Dot) {
@@ -376,6 +379,6 @@ pub(crate) fn members(input: Tokens<'_>) -> Parsed<'_, Name> {
 }
 
 pub(crate) fn too_deep(span: Span) -> Diagnostic {
-    Diagnostic::new(Code::E106, span, format!("nested more than {NESTING} deep"))
+    Diagnostic::new(Code::NestedTooDeep, span, format!("nested more than {NESTING} deep"))
         .help("name a part of it with `let`")
 }

@@ -1,16 +1,16 @@
 //! Items that could not be read: the names that they may declare, and replacements for them.
 
-use super::Reader;
+use super::ItemReader;
 use super::item::is_keyword;
 use super::lexical::{Token, TokenKind, begins_item};
 use crate::diagnostics::suggestion;
 use crate::source::Span;
-use crate::syntax::ast::{Expr, ExprKind, Item, ItemKind, Name, Unit, UnknownKind};
-use crate::syntax::visit::{self, Part};
+use crate::syntax::ast::{Expr, ExprKind, Item, ItemKind, Name, UnknownKind, WrittenUnit};
+use crate::syntax::visit::{self, ItemPart};
 
 /// An item that could not be read, as far as it affects others.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Hole {
+pub struct UnreadableItem {
     /// Its place.
     pub span: Span,
     /// Names that it may have declared.
@@ -19,17 +19,17 @@ pub struct Hole {
     pub hides_all: bool,
 }
 
-impl Hole {
+impl UnreadableItem {
     /// An import that failed.
-    pub(crate) fn import(span: Span) -> Hole {
-        Hole { span, names: Vec::new(), hides_all: true }
+    pub(crate) fn import(span: Span) -> UnreadableItem {
+        UnreadableItem { span, names: Vec::new(), hides_all: true }
     }
 }
 
 /// Items that can be replaced.
 const STANDING_IN: [&str; 6] = ["constant", "parameter", "input", "state", "unknown", "let"];
 
-impl Reader<'_, '_> {
+impl ItemReader<'_, '_> {
     /// Records an item that could not be read.
     pub(super) fn hole(&mut self, statement: &[Token], nesting: u32) {
         let (Some(first), Some(last)) = (statement.first(), statement.last()) else { return };
@@ -37,21 +37,21 @@ impl Reader<'_, '_> {
         // Only an import contains a text.
         let hides_all = statement.iter().any(|token| token.kind == TokenKind::Text)
             || first.text(self.text) == "import";
-        let span = self.span(*first).to(self.span(*last));
+        let span = self.span(*first).join(self.span(*last));
         // Inside a block it would be outside of its choice.
         let stand_in = if nesting == 0 { self.stand_in(statement) } else { None };
-        self.holes.push((Hole { span, names, hides_all }, stand_in));
+        self.holes.push((UnreadableItem { span, names, hides_all }, stand_in));
     }
 
     /// Records an item that was read but is not allowed here.
     pub(super) fn hole_of(&mut self, item: &mut Item) {
         let mut names = Vec::new();
         visit::parts_mut(item, &mut |part| {
-            if let Part::Declares(_, name) = part {
+            if let ItemPart::Declares(_, name) = part {
                 names.push(name.text.clone());
             }
         });
-        self.holes.push((Hole { span: item.span, names, hides_all: false }, None));
+        self.holes.push((UnreadableItem { span: item.span, names, hides_all: false }, None));
     }
 
     /// Assigns items that are indented deeper than an unmatched `}` to its block.
@@ -170,7 +170,7 @@ impl Reader<'_, '_> {
             Some(token) if token.kind == TokenKind::Unit => {
                 let inside = token.text(self.text);
                 let text = inside[1..inside.len() - 1].trim().to_owned();
-                Some(Unit::new(self.span(*token), text))
+                Some(WrittenUnit::new(self.span(*token), text))
             }
             Some(token) if !matches!(token.kind, TokenKind::Equal | TokenKind::Name) => {
                 return None;
@@ -202,7 +202,7 @@ impl Reader<'_, '_> {
             "let" if unit.is_some() => ItemKind::Constant { name, unit, value },
             _ => return None,
         };
-        let span = self.span(*keyword).to(self.span(*statement.last()?));
+        let span = self.span(*keyword).join(self.span(*statement.last()?));
         Some(Item { span, doc: Vec::new(), kind })
     }
 

@@ -6,14 +6,14 @@
 use dgd_identify::Recording;
 
 use super::super::refits::EVALUATIONS;
-use super::super::tried::Search;
-use crate::fit::{Data, Fitted, StartPoint, chi_square, mean};
+use super::super::tried::EffectSearch;
+use crate::fit::{FittedStructure, SearchData, StartPoint, chi_square, mean};
 use crate::library::StructureId;
 
 /// Number of parts that are left out in turn.
 pub(crate) const PARTS: usize = 4;
 
-impl Search<'_> {
+impl EffectSearch<'_> {
     /// Mean square of the errors relative to the noise in left-out parts, for each output with readings there; `None`
     /// if a part cannot be predicted.
     pub(crate) fn cross_validated(&self, structure: StructureId) -> Option<Vec<f64>> {
@@ -22,9 +22,10 @@ impl Search<'_> {
         let sums = (0..PARTS).map(|part| {
             let train: Vec<Recording> =
                 whole.train.iter().map(|recording| without(recording, part)).collect();
-            let data = Data { train: &train, ..whole.not_kept() };
+            let data = SearchData { train: &train, ..whole.not_kept() };
             let points = [StartPoint::default()];
-            let again = Fitted::new(fitted.structure.clone(), values, &points, &data, EVALUATIONS);
+            let again =
+                FittedStructure::new(fitted.structure.clone(), values, &points, &data, EVALUATIONS);
             let mut left = again.ok()?.residuals(whole);
             for (recording, outputs) in whole.train.iter().zip(&mut left) {
                 for residuals in outputs {

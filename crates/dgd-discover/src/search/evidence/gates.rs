@@ -14,24 +14,24 @@
 use rand_pcg::Pcg64;
 
 use super::super::screen::{
-    BLOCKS, RESAMPLES, Trial, blocks, gain, independent_blocks, p_value, weighted,
+    BLOCKS, PointTrial, RESAMPLES, blocks, gain, independent_blocks, p_value, weighted,
 };
-use super::super::tried::{Open, Search};
-use super::super::verdict::Outcome;
-use super::{Contender, Evidence, Weighed, inclusion, is_no_chance};
-use crate::fit::Fitted;
+use super::super::tried::{EffectSearch, OpenCandidates};
+use super::super::verdict::JudgedOutcome;
+use super::{Evidence, ResampledContender, WeighedEvidence, inclusion, is_no_chance};
+use crate::fit::FittedStructure;
 use crate::library::StructureId;
 
-impl Search<'_> {
+impl EffectSearch<'_> {
     /// Whether the evidence supports an outcome. If not, the outcome is doubted from then on.
-    pub(crate) fn holds(&mut self, outcome: Outcome) -> bool {
+    pub(crate) fn holds(&mut self, outcome: JudgedOutcome) -> bool {
         let doubt = match outcome {
-            Outcome::Sufficient => self.doubt_of_the_base(),
-            Outcome::Effects(structure) | Outcome::NearlyAll(structure) => {
+            JudgedOutcome::Sufficient => self.doubt_of_the_base(),
+            JudgedOutcome::Effects(structure) | JudgedOutcome::NearlyAll(structure) => {
                 self.doubt(structure).or_else(|| self.doubt_of_parts(structure))
             }
-            Outcome::Most(structure) => self.doubt(structure),
-            Outcome::Unexplained => None,
+            JudgedOutcome::Most(structure) => self.doubt(structure),
+            JudgedOutcome::Unexplained => None,
         };
         let holds = doubt.is_none();
         let structure = outcome.described().unwrap_or(outcome.structure());
@@ -44,23 +44,23 @@ impl Search<'_> {
         self.weighed(structure).into_iter().map(|weighed| weighed.evidence).collect()
     }
 
-    fn weighed(&mut self, structure: StructureId) -> Vec<Weighed> {
+    fn weighed(&mut self, structure: StructureId) -> Vec<WeighedEvidence> {
         if let Some(known) = self.evidence.get(&structure) {
             return known.clone();
         }
-        let weighed: Vec<Weighed> =
+        let weighed: Vec<WeighedEvidence> =
             structure.effects().map(|effect| self.weigh(structure, effect)).collect();
         self.evidence.insert(structure, weighed.clone());
         weighed
     }
 
     /// Evidence for one effect of a structure.
-    fn weigh(&mut self, structure: StructureId, effect: usize) -> Weighed {
-        let rest = structure.without(effect);
+    fn weigh(&mut self, structure: StructureId, effect: usize) -> WeighedEvidence {
+        let rest = structure.without_candidate(effect);
         let bic_gain = self.bic(rest).zip(self.bic(structure)).map_or(0.0, |(a, b)| a - b);
         let mut random = Pcg64::new(u128::from(self.seed), 1 + effect as u128);
         let sizes = self.sizes_of_noise(structure, rest);
-        let trials: Vec<Trial> =
+        let trials: Vec<PointTrial> =
             self.trials(rest).into_iter().map(|trial| trial.with_errors_of(&sizes)).collect();
         let of_effect = trials.iter().filter(|trial| trial.candidate == effect);
         // The first-order promise of a large effect, or one with jumps, is far below the gain of its refit.
@@ -70,7 +70,7 @@ impl Search<'_> {
         let contenders = self.contenders(structure, effect);
         let [inclusion, with_alike] = inclusion(&contenders, self.unit(), &mut random);
         let evidence = Evidence { p_value, resamples: RESAMPLES, bic_gain, inclusion };
-        Weighed { evidence, with_alike }
+        WeighedEvidence { evidence, with_alike }
     }
 
     /// The size of the noise in each block, as a fraction of the errors that a structure's rest leaves there.
@@ -91,7 +91,7 @@ impl Search<'_> {
     }
 
     /// Σ ε² of each of a number of blocks.
-    fn sums_of_blocks(&self, fitted: &Fitted, number: usize) -> [f64; BLOCKS] {
+    fn sums_of_blocks(&self, fitted: &FittedStructure, number: usize) -> [f64; BLOCKS] {
         let residuals = fitted.residuals(&self.data);
         let mut sums = [0.0; BLOCKS];
         let errors = weighted(&self.data, &residuals);
@@ -103,7 +103,7 @@ impl Search<'_> {
 
     /// All structures, to look for an effect of one of them in resamples. Other forms of the effect, other templates at
     /// its place and its alternatives count as alike.
-    fn contenders(&self, structure: StructureId, effect: usize) -> Vec<Contender> {
+    fn contenders(&self, structure: StructureId, effect: usize) -> Vec<ResampledContender> {
         let alternatives = self.replacements(structure, effect).others;
         let alternatives = alternatives.into_iter().map(|other| other.candidate);
         let is_form = |c: &usize| self.are_forms(*c, effect) || self.are_near(*c, effect);
@@ -116,15 +116,18 @@ impl Search<'_> {
             let has_effect = of.contains(effect);
             let either = has_effect || alike.iter().any(|other| of.contains(*other));
             let sums = self.sums_of_blocks(fitted, BLOCKS);
-            Some(Contender { has: [has_effect, either], penalty, sums })
+            Some(ResampledContender { has: [has_effect, either], penalty, sums })
         };
         self.ranked().into_iter().filter_map(contender).collect()
     }
 
     /// Why the base model is not sufficient although its residuals are as small as noise.
     fn doubt_of_the_base(&mut self) -> Option<String> {
-        let open =
-            if self.range(Open::Library).is_empty() { Open::Templates } else { Open::Library };
+        let open = if self.range(OpenCandidates::Library).is_empty() {
+            OpenCandidates::Templates
+        } else {
+            OpenCandidates::Library
+        };
         let screen = self.screen_of_the_base(open);
         let is_no_chance = is_no_chance(&screen.trials, self.seed);
         self.base_screens.insert(open, screen);
@@ -141,16 +144,18 @@ impl Search<'_> {
             return onsets;
         }
         let weighed = self.weighed(structure);
-        structure.effects().zip(weighed).find_map(|(c, Weighed { evidence, with_alike })| {
-            let (name, p) = (self.called(c), evidence.p_value);
-            if p > self.thresholds.significant {
-                return Some(format!("`{name}` may be chance (p = {p:.3})"));
-            }
-            (with_alike < self.thresholds.included).then(|| {
-                let percent = 100.0 * with_alike;
-                format!("only {percent:.0} % of the resampled recordings ask for `{name}`")
-            })
-        })
+        structure.effects().zip(weighed).find_map(
+            |(c, WeighedEvidence { evidence, with_alike })| {
+                let (name, p) = (self.called(c), evidence.p_value);
+                if p > self.thresholds.significant {
+                    return Some(format!("`{name}` may be chance (p = {p:.3})"));
+                }
+                (with_alike < self.thresholds.included).then(|| {
+                    let percent = 100.0 * with_alike;
+                    format!("only {percent:.0} % of the resampled recordings ask for `{name}`")
+                })
+            },
+        )
     }
 
     /// Why a structure without validation data is rejected: it predicts left-out parts of the recordings hardly better
@@ -210,10 +215,10 @@ impl Search<'_> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::fit::Fitted;
-    use crate::library::Values;
+    use crate::fit::FittedStructure;
+    use crate::library::CarriedValues;
     use crate::search::draining::{SAMPLES, id, leaving, with_effects};
-    use crate::search::screen::{BLOCKS, Basis, Errors, Screen, Trial};
+    use crate::search::screen::{BLOCKS, ErrorBlocks, OrthonormalBasis, PointTrial, Screen};
 
     /// The doubt about an effect with an onset at time `since`, given what structures leave of a mean square of 1.2;
     /// the first structure is the effect alone.
@@ -223,24 +228,24 @@ mod tests {
             (0..SAMPLES).map(|k| if k / 3 % 2 == 0 { 1.0 } else { -1.0 }).collect();
         let column: Vec<f64> = (0..SAMPLES).map(|k| if k < 480 { 0.0 } else { 1.0 }).collect();
         let blocks = (0..SAMPLES).map(|k| k * BLOCKS / SAMPLES).collect();
-        let errors = Errors::new(&errors, blocks, &Basis::new(&[]));
+        let errors = ErrorBlocks::new(&errors, blocks, &OrthonormalBasis::new(&[]));
         let contrasts = vec![errors.contrast(&column, [f64::NEG_INFINITY, f64::INFINITY])];
-        let trials = vec![Trial { candidate: 0, contrasts }];
+        let trials = vec![PointTrial { candidate: 0, contrasts }];
         let screen = Screen { trials, ..Screen::default() };
         with_effects(["inflow", "leak", "rain"], |base, candidates, data| {
             let fitted = |(chosen, left): &(&[usize], f64)| {
                 let structure = base.structure(candidates, id(chosen)).expect("a structure");
                 let onset = ("since_inflow".to_owned(), since);
-                let values = Values { p: [onset].into(), starts: Vec::new() };
-                (id(chosen), Ok(Fitted { values, ..leaving(*left, structure) }))
+                let values = CarriedValues { p: [onset].into(), starts: Vec::new() };
+                (id(chosen), Ok(FittedStructure { values, ..leaving(*left, structure) }))
             };
             let base_alone: (&[usize], f64) = (&[], 1.2);
-            let mut search = Search {
+            let mut search = EffectSearch {
                 tried: left.iter().chain([&base_alone]).map(fitted).collect(),
-                screens: [((Open::Library, StructureId::BASE), screen)].into(),
-                ..Search::new(base, candidates, data, 1, 1)
+                screens: [((OpenCandidates::Library, StructureId::BASE), screen)].into(),
+                ..EffectSearch::new(base, candidates, data, 1, 1)
             };
-            let held = search.holds(Outcome::Effects(StructureId::one(0)));
+            let held = search.holds(JudgedOutcome::Effects(StructureId::one(0)));
             let doubt = search.doubted.get(&StructureId::one(0)).cloned();
             assert_eq!(held, doubt.is_none());
             doubt

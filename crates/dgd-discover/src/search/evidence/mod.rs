@@ -14,7 +14,9 @@ mod gates;
 use rand_pcg::Pcg64;
 use rand_pcg::rand_core::Rng;
 
-use super::screen::{BLOCKS, MANY_RESAMPLES, RESAMPLES, Trial, gain, p_value, resampled_p_value};
+use super::screen::{
+    BLOCKS, MANY_RESAMPLES, PointTrial, RESAMPLES, gain, p_value, resampled_p_value,
+};
 
 /// The evidence for an effect.
 #[derive(Debug, Clone, Copy)]
@@ -31,7 +33,7 @@ pub struct Evidence {
 
 /// Evidence for an effect of a structure.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Weighed {
+pub(crate) struct WeighedEvidence {
     pub evidence: Evidence,
     /// Fraction of resamples in which the best structure has the effect or one that the data cannot distinguish from
     /// it.
@@ -39,7 +41,7 @@ pub(crate) struct Weighed {
 }
 
 /// A structure in resampling.
-pub(crate) struct Contender {
+pub(crate) struct ResampledContender {
     /// Whether it has the effect, and whether it has the effect or one that the data cannot distinguish from it.
     pub has: [bool; 2],
     /// The penalty for its parameters.
@@ -49,14 +51,14 @@ pub(crate) struct Contender {
 }
 
 /// Whether the best candidate gains more in the base model than in any of ten thousand resamples of its errors.
-pub(crate) fn is_no_chance(trials: &[Trial], seed: u64) -> bool {
+pub(crate) fn is_no_chance(trials: &[PointTrial], seed: u64) -> bool {
     let p_value = p_value_of_the_base(trials, seed, true);
     p_value.is_some_and(|p| p <= 1.0 / (1 + MANY_RESAMPLES) as f64)
 }
 
 /// Probability that, with nothing missing, the best candidate promises as much as it does in the base model; from more
 /// resamples if few reach its gain. `None` if there is nothing to try.
-pub(crate) fn p_value_of_the_base(trials: &[Trial], seed: u64, many: bool) -> Option<f64> {
+pub(crate) fn p_value_of_the_base(trials: &[PointTrial], seed: u64, many: bool) -> Option<f64> {
     let mut random = Pcg64::new(u128::from(seed), 0);
     let p = (!trials.is_empty()).then(|| p_value(trials, gain(trials), &mut random))?;
     if !many || p > 1.0 / (1 + RESAMPLES) as f64 {
@@ -67,7 +69,11 @@ pub(crate) fn p_value_of_the_base(trials: &[Trial], seed: u64, many: bool) -> Op
 
 /// Fractions of resamples whose best structure has an effect, and whose best structure has it or one that the data
 /// cannot distinguish from it. Sums are in units of the best structure's residual.
-pub(crate) fn inclusion(contenders: &[Contender], unit: f64, random: &mut Pcg64) -> [f64; 2] {
+pub(crate) fn inclusion(
+    contenders: &[ResampledContender],
+    unit: f64,
+    random: &mut Pcg64,
+) -> [f64; 2] {
     let mut included = [0; 2];
     let mut counts = [0.0; BLOCKS];
     for _ in 0..RESAMPLES {
@@ -75,7 +81,7 @@ pub(crate) fn inclusion(contenders: &[Contender], unit: f64, random: &mut Pcg64)
         for _ in 0..BLOCKS {
             counts[(random.next_u64() % BLOCKS as u64) as usize] += 1.0;
         }
-        let criterion = |Contender { penalty, sums, .. }: &Contender| {
+        let criterion = |ResampledContender { penalty, sums, .. }: &ResampledContender| {
             penalty + sums.iter().zip(&counts).map(|(sum, count)| sum * count).sum::<f64>() / unit
         };
         let best = contenders.iter().min_by(|a, b| criterion(a).total_cmp(&criterion(b)));

@@ -6,10 +6,10 @@
 use dgd_runtime::System;
 use dgd_screen::usual_spacing;
 
-use super::{HeldOut, Wanted};
-use crate::fit::{Fitted, StartPoint, cost_at};
-use crate::library::{Candidate, StructureId, Values};
-use crate::search::tried::Search;
+use super::{RefitRequest, ValidationUse};
+use crate::fit::{FittedStructure, StartPoint, cost_at};
+use crate::library::{CarriedValues, EffectCandidate, StructureId};
+use crate::search::tried::EffectSearch;
 
 /// Number of values of a constant, and of a moment, from which fits may begin.
 const VALUES: usize = 6;
@@ -33,7 +33,7 @@ const FACTOR: f64 = 5.0;
 /// Fraction of the misfit to which a fit from elsewhere must come for it to count as another minimum.
 const ANOTHER: f64 = 0.999;
 
-impl Search<'_> {
+impl EffectSearch<'_> {
     /// Fits the best structure, and the best with one effect, from other values of their constants.
     pub(crate) fn try_elsewhere(&mut self) {
         let mut best = self.ranked();
@@ -63,7 +63,7 @@ impl Search<'_> {
         for whole in alone.into_iter().chain((first.len() > 1).then_some(first)) {
             for effect in whole.effects() {
                 for near in self.range(self.open) {
-                    let form = whole.without(effect).with(near);
+                    let form = whole.without_candidate(effect).with_candidate(near);
                     let is_new = !whole.contains(near) && self.fitted(form).is_some();
                     if is_new && self.are_near(near, effect) && self.share_a_constant(near, effect)
                     {
@@ -95,8 +95,8 @@ impl Search<'_> {
             return;
         };
         let least = self.training_sum(structure);
-        let wanted = Wanted { structure, from: self.values(structure), points };
-        self.refit(vec![wanted], EVALUATIONS, HeldOut::Later);
+        let wanted = RefitRequest { structure, from: self.values(structure), points };
+        self.refit(vec![wanted], EVALUATIONS, ValidationUse::Later);
         let is_better =
             self.fitted(structure).is_some() && self.training_sum(structure) < ANOTHER * least;
         if !is_better {
@@ -122,7 +122,7 @@ impl Search<'_> {
                 let of_effect = of_effect.map_or("", |(of_effect, _)| of_effect.as_str());
                 let grid = self.grid(candidate, of_effect, fitted, name);
                 let cost = |at: &f64| {
-                    let mut values: Values = fitted.values.clone();
+                    let mut values: CarriedValues = fitted.values.clone();
                     values.p.insert(name.clone(), *at);
                     cost_at(&fitted.structure, &values, &self.data)
                 };
@@ -145,7 +145,13 @@ impl Search<'_> {
     }
 
     /// Values of a constant, which the effect's file calls `own_name`, over its range; none if it has no range.
-    fn grid(&self, own: &Candidate<'_>, own_name: &str, fitted: &Fitted, name: &str) -> Vec<f64> {
+    fn grid(
+        &self,
+        own: &EffectCandidate<'_>,
+        own_name: &str,
+        fitted: &FittedStructure,
+        name: &str,
+    ) -> Vec<f64> {
         let mut parameters = fitted.structure.system.signature().parameters.iter();
         let declared = parameters.find(|known| *known.name == *name && !known.fixed);
         let Some(declared) = declared else { return Vec::new() };

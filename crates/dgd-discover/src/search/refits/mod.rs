@@ -5,13 +5,13 @@ mod elsewhere;
 use std::borrow::Cow;
 use std::collections::BTreeMap;
 
-use super::screen::{Remedy, Score};
-use super::tried::{Open, Search};
+use super::screen::{CandidateScore, ScoreRemedy};
+use super::tried::{EffectSearch, OpenCandidates};
 use dgd_runtime::System;
 use dgd_runtime::parallel::in_parallel_stateless;
 
-use crate::fit::{Fitted, NoFit, StartPoint};
-use crate::library::{Candidate, MOST_EFFECTS, StructureId, Values};
+use crate::fit::{FittedStructure, NoFit, StartPoint};
+use crate::library::{CarriedValues, EffectCandidate, MOST_EFFECTS, StructureId};
 
 /// Number of structures from which the search continues.
 pub(crate) const BEAM: usize = 3;
@@ -66,7 +66,7 @@ const SPEEDS_UP: f64 = 2.0;
 
 /// When to simulate validation recordings with a structure.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum HeldOut {
+pub(crate) enum ValidationUse {
     /// Together with its fit.
     Now,
     /// Once it may be the best.
@@ -75,35 +75,37 @@ pub(crate) enum HeldOut {
 
 /// A structure to fit, and its starting points.
 #[derive(Debug, Clone)]
-pub(crate) struct Wanted {
+pub(crate) struct RefitRequest {
     structure: StructureId,
     /// Initial values.
-    from: Values,
+    from: CarriedValues,
     points: Vec<StartPoint>,
 }
 
 /// Sorts the most promising first.
-fn best_first_of(scores: &mut [&Score]) {
+fn best_first_of(scores: &mut [&CandidateScore]) {
     scores.sort_by(|a, b| b.gain.total_cmp(&a.gain).then(a.candidate.cmp(&b.candidate)));
 }
 
-impl Search<'_> {
+impl EffectSearch<'_> {
     /// Tries adding one effect to each of some structures.
     pub(crate) fn grow(&mut self, frontier: &[StructureId], refitted: usize) {
-        let mut wanted: Vec<Wanted> = Vec::new();
+        let mut wanted: Vec<RefitRequest> = Vec::new();
         for &structure in frontier.iter().filter(|structure| structure.len() < MOST_EFFECTS) {
             let scores = self.screened(structure);
-            let is_sayable = |score: &&Score| self.may_be_said(structure.with(score.candidate));
+            let is_sayable = |score: &&CandidateScore| {
+                self.may_be_said(structure.with_candidate(score.candidate))
+            };
             // An effect with unknowns of its own does more than its derivative at null shows.
             let is_understated = |c: usize| {
                 let candidate = &self.candidates[c];
                 structure.is_base() && !candidate.is_generic && candidate.brings_unknowns
             };
-            let sayable: Vec<&Score> = scores.iter().filter(is_sayable).collect();
+            let sayable: Vec<&CandidateScore> = scores.iter().filter(is_sayable).collect();
             let of_kinds = if structure.is_base() { self.first_of_kinds(&sayable) } else { vec![] };
             let mut counted = Vec::new();
             let most = sayable.first().map_or(0.0, |score| score.gain);
-            let is_near = |score: &Score, n: usize| {
+            let is_near = |score: &CandidateScore, n: usize| {
                 structure.is_base() && score.gain >= NEAR_THE_MOST * most && n < MOST_REFITTED
             };
             for score in sayable {
@@ -132,11 +134,12 @@ impl Search<'_> {
 
     /// The most promising templates of each kind. If the base model's parameters are strongly biased, a screen
     /// understates effects in several equations, such as an input error, and overstates effects in one.
-    fn first_of_kinds(&self, scores: &[&Score]) -> Vec<usize> {
+    fn first_of_kinds(&self, scores: &[&CandidateScore]) -> Vec<usize> {
         let mut chosen: Vec<usize> = Vec::new();
         for score in scores {
             let candidate = &self.candidates[score.candidate];
-            let kind = |of: &Candidate<'_>| (of.kind(), of.changes_a_parameter(), of.is_at_input());
+            let kind =
+                |of: &EffectCandidate<'_>| (of.kind(), of.changes_a_parameter(), of.is_at_input());
             let is_alike = |c: &&usize| kind(&self.candidates[**c]) == kind(candidate);
             if candidate.is_generic && chosen.iter().filter(is_alike).count() < OF_EACH_KIND {
                 chosen.push(score.candidate);
@@ -147,22 +150,22 @@ impl Search<'_> {
 
     /// A structure extended by each effect without a score, to be fitted from the values in its file: effects of the
     /// library, and a few templates.
-    fn without_score(&mut self, structure: StructureId) -> Vec<Wanted> {
+    fn without_score(&mut self, structure: StructureId) -> Vec<RefitRequest> {
         self.screen(self.open, structure);
         let screens = self.known_screens(self.open, structure);
         let silent = screens.flat_map(|screen| &screen.silent);
         let is_generic = |candidate: usize| self.candidates[candidate].is_generic;
         let silent = silent.filter(|silent| match silent.remedy {
-            Remedy::Fit => !is_generic(silent.candidate),
-            Remedy::FitAnyway => structure.is_base() || !is_generic(silent.candidate),
-            Remedy::ScoreIsZero | Remedy::LeaveOut => false,
+            ScoreRemedy::Fit => !is_generic(silent.candidate),
+            ScoreRemedy::FitAnyway => structure.is_base() || !is_generic(silent.candidate),
+            ScoreRemedy::ScoreIsZero | ScoreRemedy::LeaveOut => false,
         });
         silent.map(|silent| self.unscreened(structure, silent.candidate)).collect()
     }
 
     /// Fits structures that were not tried before, each from the points that its screen suggests.
-    fn confirm(&mut self, wanted: Vec<Wanted>) {
-        let mut new: Vec<Wanted> = Vec::new();
+    fn confirm(&mut self, wanted: Vec<RefitRequest>) {
+        let mut new: Vec<RefitRequest> = Vec::new();
         for wanted in wanted {
             let is_known = self.tried.contains_key(&wanted.structure);
             if !is_known && !new.iter().any(|other| other.structure == wanted.structure) {
@@ -172,7 +175,7 @@ impl Search<'_> {
         let mut open: Vec<StructureId> = new.iter().map(|wanted| wanted.structure).collect();
         let mut next = new;
         for (evaluations, within) in STAGES {
-            self.refit(next, evaluations, HeldOut::Later);
+            self.refit(next, evaluations, ValidationUse::Later);
             let error = |one: &StructureId| self.training_error(*one).map(|(sum, _)| sum);
             let least = self.tried.keys().filter_map(error).fold(f64::INFINITY, f64::min);
             open.retain(|one| error(one).is_some_and(|error| error <= within * least));
@@ -184,28 +187,33 @@ impl Search<'_> {
             self.training_error(*best).is_some_and(|(sum, n)| sum <= HOPELESS * n as f64)
         });
         next.retain(|wanted| Some(wanted.structure) == best);
-        self.refit(next, EVALUATIONS, HeldOut::Later);
+        self.refit(next, EVALUATIONS, ValidationUse::Later);
         self.sharpen();
         self.hold_out(&open);
     }
 
     /// Fits structures, several at a time.
-    pub(crate) fn refit(&mut self, wanted: Vec<Wanted>, evaluations: usize, held_out: HeldOut) {
+    pub(crate) fn refit(
+        &mut self,
+        wanted: Vec<RefitRequest>,
+        evaluations: usize,
+        held_out: ValidationUse,
+    ) {
         let (base, candidates, data) = (self.base, self.candidates, &self.data);
         let structures: Vec<StructureId> = wanted.iter().map(|wanted| wanted.structure).collect();
         let before = self.training_sums(&structures);
         let count = data.keeping.count("structures fitted", wanted.len());
         let results = in_parallel_stateless(wanted.len(), self.threads, |k| {
-            let Wanted { structure, from, points } = &wanted[k];
+            let RefitRequest { structure, from, points } = &wanted[k];
             if data.is_spent() {
                 return Err(NoFit(data.not_tried()));
             }
             let structure =
                 base.structure(candidates, *structure).map_err(|refused| NoFit(refused.0))?;
-            let fitted = Fitted::new(structure, from, points, data, evaluations);
+            let fitted = FittedStructure::new(structure, from, points, data, evaluations);
             count.more(1);
             let mut fitted = fitted?;
-            if held_out == HeldOut::Now {
+            if held_out == ValidationUse::Now {
                 fitted.hold_out(data, evaluations);
             }
             Ok(fitted)
@@ -274,7 +282,7 @@ impl Search<'_> {
         let rivals: Vec<StructureId> = ranked.into_iter().filter(is_rival).take(FINISHED).collect();
         self.finish(&rivals);
         for effect in best.effects().filter(|_| best.len() > 1) {
-            self.settle(best.without(effect), best);
+            self.settle(best.without_candidate(effect), best);
         }
     }
 
@@ -287,7 +295,7 @@ impl Search<'_> {
                 break;
             }
             let wanted = open.iter().map(|one| self.continued(*one)).collect();
-            self.refit(wanted, evaluations, HeldOut::Later);
+            self.refit(wanted, evaluations, ValidationUse::Later);
             open.retain(|one| !self.at_rest.contains(one));
         }
         self.hold_out(structures);
@@ -327,7 +335,7 @@ impl Search<'_> {
             }
             let mut wanted = Vec::new();
             for effect in best.effects() {
-                let rest = best.without(effect);
+                let rest = best.without_candidate(effect);
                 self.settle(rest, best);
                 for score in self.screened(rest).iter().take(EXCHANGED) {
                     wanted.push(self.extended(rest, score));
@@ -349,7 +357,7 @@ impl Search<'_> {
         let generic: Vec<usize> =
             best.effects().filter(|c| self.candidates[*c].is_generic).collect();
         // With the others of the structure, and alone: the right form may need no others.
-        let beside = generic.iter().map(|effect| (*effect, best.without(*effect)));
+        let beside = generic.iter().map(|effect| (*effect, best.without_candidate(*effect)));
         let alone = generic.iter().map(|effect| (*effect, StructureId::BASE));
         let mut places: Vec<(usize, StructureId)> = beside.chain(alone).collect();
         places.dedup();
@@ -359,15 +367,16 @@ impl Search<'_> {
             let near = self.near_forms(effect);
             let scores = self.screened(rest);
             let score_of = |c: usize| scores.iter().find(|score| score.candidate == c);
-            let mut scored: Vec<&Score> = near.iter().copied().filter_map(score_of).collect();
+            let mut scored: Vec<&CandidateScore> =
+                near.iter().copied().filter_map(score_of).collect();
             best_first_of(&mut scored);
             let new = scored.into_iter().map(|score| self.extended(rest, score));
             // Forms with equal derivatives at null are screened as one, and differ as they grow: the misfit of the
             // screened one shows whether the others are worth a fit.
             let is_worth = |twin: usize| {
                 self.candidates[twin].is_generic
-                    && self.training_sum(rest.with(twin))
-                        <= NEAR_THE_BEST * self.training_sum(rest.with(effect))
+                    && self.training_sum(rest.with_candidate(twin))
+                        <= NEAR_THE_BEST * self.training_sum(rest.with_candidate(effect))
             };
             let alike = near.iter().filter(|c| {
                 self.doubled.get(c).is_some_and(|twin| {
@@ -375,7 +384,7 @@ impl Search<'_> {
                 })
             });
             let alike = alike.map(|c| self.unscreened(rest, *c));
-            let is_new = |wanted: &Wanted| !self.tried.contains_key(&wanted.structure);
+            let is_new = |wanted: &RefitRequest| !self.tried.contains_key(&wanted.structure);
             wanted.extend(alike.chain(new).filter(is_new).take(NEAR_FORMS));
         }
         self.confirm(wanted);
@@ -401,7 +410,7 @@ impl Search<'_> {
 
     /// Templates that are near forms of one.
     fn near_forms(&self, effect: usize) -> Vec<usize> {
-        self.range(Open::Templates).filter(|c| self.are_near(*c, effect)).collect()
+        self.range(OpenCandidates::Templates).filter(|c| self.are_near(*c, effect)).collect()
     }
 
     /// Completes the fits of the near forms of a structure's templates, each once. Returns whether one of them has a
@@ -411,9 +420,9 @@ impl Search<'_> {
         let generic = structure.effects().filter(|c| self.candidates[*c].is_generic);
         let mut wanted = Vec::new();
         for effect in generic.collect::<Vec<_>>() {
-            let rest = structure.without(effect);
+            let rest = structure.without_candidate(effect);
             for near in self.near_forms(effect) {
-                let form = rest.with(near);
+                let form = rest.with_candidate(near);
                 let is_refused = matches!(self.tried.get(&StructureId::one(near)), Some(Err(_)));
                 let is_open = self.fitted(form).is_none_or(|fitted| !fitted.is_converged);
                 if near != effect
@@ -432,7 +441,7 @@ impl Search<'_> {
             }
         }
         let forms: Vec<StructureId> = wanted.iter().map(|wanted| wanted.structure).collect();
-        self.refit(wanted, EVALUATIONS, HeldOut::Later);
+        self.refit(wanted, EVALUATIONS, ValidationUse::Later);
         self.hold_out(&forms);
         let error = |of| self.training_sum(of);
         forms.into_iter().any(|form| error(form) < error(structure))
@@ -460,12 +469,14 @@ impl Search<'_> {
         let other_forms = self.at_bound(structure).into_iter().flat_map(|effect| {
             let is_other = move |form: &usize| {
                 let is_template = self.are_near(*form, effect) && *form != effect;
-                let is_tried = self.fitted(structure.without(effect).with(*form)).is_some();
+                let is_tried = self
+                    .fitted(structure.without_candidate(effect).with_candidate(*form))
+                    .is_some();
                 self.are_forms(*form, effect)
                     || (is_template && is_tried && self.have_one_place(*form, effect))
             };
             let forms = self.range(self.open).filter(is_other);
-            forms.map(move |form| structure.without(effect).with(form))
+            forms.map(move |form| structure.without_candidate(effect).with_candidate(form))
         });
         other_forms.collect()
     }
@@ -477,8 +488,8 @@ impl Search<'_> {
     /// minimum; then two effects would seem necessary.
     pub(crate) fn settle(&mut self, part: StructureId, whole: StructureId) {
         let of_whole = self.training_sum(whole);
-        let is_settled = |tried: &Result<Fitted, NoFit>| {
-            let is_good = |fitted: &Fitted| fitted.error.0 < NEARLY_AS_GOOD * of_whole;
+        let is_settled = |tried: &Result<FittedStructure, NoFit>| {
+            let is_good = |fitted: &FittedStructure| fitted.error.0 < NEARLY_AS_GOOD * of_whole;
             tried.as_ref().map_or(true, |fitted| fitted.is_converged && is_good(fitted))
         };
         let is_new = self.settled.insert((part, whole)) && !self.data.is_spent();
@@ -489,7 +500,7 @@ impl Search<'_> {
         let (least, before) = (error(self), self.tried.remove(&part));
         let points = vec![StartPoint { held: self.known_to(whole, part), ..StartPoint::default() }];
         let from = self.values(whole);
-        self.confirm(vec![Wanted { structure: part, from, points }]);
+        self.confirm(vec![RefitRequest { structure: part, from, points }]);
         match (least, error(self)) {
             (Some(least), Some(error)) if error < least => {
                 self.screens.retain(|(_, structure), _| *structure != part);
@@ -520,22 +531,26 @@ impl Search<'_> {
     }
 
     /// A structure with one more effect, to be fitted from the points that its screen suggests.
-    fn extended(&self, structure: StructureId, score: &Score) -> Wanted {
-        let longer = structure.with(score.candidate);
+    fn extended(&self, structure: StructureId, score: &CandidateScore) -> RefitRequest {
+        let longer = structure.with_candidate(score.candidate);
         let mut points = score.points.clone();
         if self.has_strayed(structure) {
             points.extend(points.first().map(StartPoint::afresh));
         }
-        Wanted { structure: longer, from: self.values(structure), points }
+        RefitRequest { structure: longer, from: self.values(structure), points }
     }
 
     /// A structure with one more effect, to be fitted from the values in its file.
-    fn unscreened(&self, structure: StructureId, candidate: usize) -> Wanted {
+    fn unscreened(&self, structure: StructureId, candidate: usize) -> RefitRequest {
         let mut points = vec![StartPoint::default()];
         if self.has_strayed(structure) {
             points.push(StartPoint::default().afresh());
         }
-        Wanted { structure: structure.with(candidate), from: self.values(structure), points }
+        RefitRequest {
+            structure: structure.with_candidate(candidate),
+            from: self.values(structure),
+            points,
+        }
     }
 
     /// Whether the base model was fitted to values far from those of its file, so that fits also begin at the latter.
@@ -551,8 +566,8 @@ impl Search<'_> {
     }
 
     /// A structure to be fitted from the end point of its fit.
-    pub(crate) fn continued(&self, structure: StructureId) -> Wanted {
+    pub(crate) fn continued(&self, structure: StructureId) -> RefitRequest {
         let points = vec![StartPoint::default()];
-        Wanted { structure, from: self.values(structure), points }
+        RefitRequest { structure, from: self.values(structure), points }
     }
 }

@@ -1,11 +1,11 @@
 //! Inner constants of an effect, which have no influence at its null, and the grids on which they are tried.
 
-use dgd_compiler::effects::Brought;
-use dgd_execute::Loaded;
+use dgd_compiler::effects::AddedItems;
+use dgd_execute::LoadedSystem;
 use dgd_identify::Recording;
 use dgd_runtime::System;
 
-use crate::library::{Candidate, Ranges, range_of};
+use crate::library::{EffectCandidate, QuantityRanges, range_of};
 
 /// Points of the grid of an onset: a fit converges from within a tenth of the recording.
 pub(super) const ONSETS: usize = 12;
@@ -14,7 +14,7 @@ pub(super) const ONSETS: usize = 12;
 const CONSTANTS: usize = 6;
 
 /// An inner constant of an effect, and its grid.
-pub(super) struct Inner {
+pub(super) struct InnerConstant {
     pub(super) name: String,
     pub(super) lower: f64,
     pub(super) upper: f64,
@@ -26,10 +26,10 @@ pub(super) struct Inner {
     pub(super) place: usize,
 }
 
-impl Inner {
+impl InnerConstant {
     /// Its value at a point of the grid. The constants of one candidate traverse their grids in different orders, so
     /// that they do not move together.
-    pub(super) fn at(&self, g: usize) -> f64 {
+    pub(super) fn value(&self, g: usize) -> f64 {
         // Strides coprime to 6 and 12.
         let stride = [1, 5, 7, 11][self.place % 4];
         let share = ((g * stride % self.points) as f64 + 0.5) / self.points as f64;
@@ -48,12 +48,12 @@ impl Inner {
 
 /// The inner constants of a candidate.
 pub(super) fn inner_constants(
-    system: &Loaded,
-    candidate: &Candidate<'_>,
-    brought: &Brought,
+    system: &LoadedSystem,
+    candidate: &EffectCandidate<'_>,
+    brought: &AddedItems,
     recordings: &[Recording],
-    ranges: &Ranges,
-) -> Vec<Inner> {
+    ranges: &QuantityRanges,
+) -> Vec<InnerConstant> {
     let names = brought.parameters.iter().filter(|name| !brought.null.contains(name));
     let parameters = names.filter_map(|name| {
         let parameter = system.signature().parameters.iter().find(|p| *p.name == **name)?;
@@ -78,7 +78,7 @@ pub(super) fn inner_constants(
         };
         let log = parameter.log && lower > 0.0 && !is_onset;
         let points = if is_onset { ONSETS } else { CONSTANTS };
-        Inner { name: name.clone(), lower, upper, log, points, is_onset, place }
+        InnerConstant { name: name.clone(), lower, upper, log, points, is_onset, place }
     });
     inner.collect()
 }

@@ -19,22 +19,26 @@ mod score;
 mod steps;
 mod weighted;
 
-use dgd_compiler::effects::{Blending, Brought};
-use dgd_execute::Loaded;
+use dgd_compiler::effects::{AddedItems, EffectBlending};
+use dgd_execute::LoadedSystem;
 use dgd_identify::journal::kept;
 use dgd_runtime::parallel::{in_parallel, in_parallel_stateless};
 use dgd_runtime::{Direction, System};
 
-use crate::fit::{Data, Fitted, StartPoint, ranges};
-use crate::library::{BaseModel, Candidate, Ranges, Structure, StructureId, Values};
-
-use inner::{Inner, ONSETS, inner_constants};
-pub(super) use projection::Basis;
-use resampled::Contrast;
-pub(super) use resampled::{
-    BLOCKS, Errors, MANY_RESAMPLES, RESAMPLES, Trial, gain, p_value, resampled_p_value,
+use crate::fit::{FittedStructure, SearchData, StartPoint, ranges};
+use crate::library::{
+    BaseModel, CarriedValues, EffectCandidate, ModelStructure, QuantityRanges, StructureId,
 };
-pub(crate) use score::{Remedy, Score, Screen, Silent, are_parallel, best_first};
+
+use inner::{InnerConstant, ONSETS, inner_constants};
+pub(super) use projection::OrthonormalBasis;
+use resampled::PointContrast;
+pub(super) use resampled::{
+    BLOCKS, ErrorBlocks, MANY_RESAMPLES, PointTrial, RESAMPLES, gain, p_value, resampled_p_value,
+};
+pub(crate) use score::{
+    CandidateScore, ScoreRemedy, Screen, SilentCandidate, are_parallel, best_first,
+};
 pub(crate) use weighted::{blocks, independent_blocks, weighted};
 use weighted::{fitted_directions, sensitivities};
 
@@ -52,7 +56,7 @@ const TOGETHER: usize = 12;
 
 /// How finely a screen resolves onsets.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum Resolution {
+pub(crate) enum OnsetResolution {
     /// On the grid, which suffices for `trials`.
     Grid,
     /// Also refined around the best.
@@ -65,16 +69,16 @@ const MOST_POINTS: usize = 3;
 /// Screens candidates that are not in a fitted structure. The best comes first.
 pub(crate) fn screen(
     base: &BaseModel,
-    all: &[Candidate<'_>],
+    all: &[EffectCandidate<'_>],
     others: &[usize],
-    fitted: &Fitted,
-    data: &Data<'_>,
-    resolution: Resolution,
+    fitted: &FittedStructure,
+    data: &SearchData<'_>,
+    resolution: OnsetResolution,
     threads: usize,
 ) -> Screen {
     let key = data.keeping.key(&("screen", &fitted.structure.id, others, resolution), |digest| {
         let options = data.options_for(&fitted.structure.system);
-        digest.of(&fitted.values).of(&fitted.estimates).of(&data.noise).of(&options)
+        digest.debug(&fitted.values).debug(&fitted.estimates).debug(&data.noise).debug(&options)
     });
     kept(data.keeping.journal, key, || {
         computed(base, all, others, fitted, data, resolution, threads)
@@ -84,11 +88,11 @@ pub(crate) fn screen(
 /// Computes the screen.
 fn computed(
     base: &BaseModel,
-    all: &[Candidate<'_>],
+    all: &[EffectCandidate<'_>],
     others: &[usize],
-    fitted: &Fitted,
-    data: &Data<'_>,
-    resolution: Resolution,
+    fitted: &FittedStructure,
+    data: &SearchData<'_>,
+    resolution: OnsetResolution,
     threads: usize,
 ) -> Screen {
     let residuals = fitted.residuals(data);
@@ -97,10 +101,10 @@ fn computed(
     };
     let blocks = blocks(data, &residuals, independent_blocks(data));
     let weighted = weighted(data, &residuals);
-    let (samples, errors) = (weighted.len(), Errors::new(&weighted, blocks, &basis));
+    let (samples, errors) = (weighted.len(), ErrorBlocks::new(&weighted, blocks, &basis));
     let (ranges, basis) = (&ranges(fitted, data), &basis);
     let errors = &errors;
-    let parts = Parts {
+    let parts = ScreenData {
         base,
         all,
         structure: fitted.structure.id,
@@ -120,7 +124,7 @@ fn computed(
     let groups = parts.groups(others, &mut screen.silent);
     // One thread for each group if there are enough groups: a single group often has too few simulations to share.
     let of_group = if groups.len() < threads { threads } else { 1 };
-    let parts = Parts { threads: of_group, ..parts };
+    let parts = ScreenData { threads: of_group, ..parts };
     let screens = in_parallel_stateless(groups.len(), threads, |k| {
         let mut screen = Screen::default();
         parts.screen(&groups[k], &mut screen);
@@ -137,7 +141,7 @@ fn computed(
 }
 
 /// The candidates with which one is screened.
-enum Company {
+enum CandidateCompany {
     /// Other candidates without inner constants.
     Plain,
     /// Other candidates whose inner constants are onsets.
@@ -151,76 +155,78 @@ enum Company {
 }
 
 /// Data for the screen of one structure.
-struct Parts<'a> {
+struct ScreenData<'a> {
     base: &'a BaseModel,
-    all: &'a [Candidate<'a>],
+    all: &'a [EffectCandidate<'a>],
     /// The fitted structure, its values, and the number of fitted start values.
     structure: StructureId,
-    values: &'a Values,
+    values: &'a CarriedValues,
     starts: usize,
-    data: &'a Data<'a>,
+    data: &'a SearchData<'a>,
     threads: usize,
-    basis: &'a Basis,
+    basis: &'a OrthonormalBasis,
     /// Number of measured samples.
     samples: usize,
     /// Number of these at which the fitted directions have no derivative.
     undefined: usize,
-    errors: &'a Errors,
-    ranges: &'a Ranges,
-    resolution: Resolution,
+    errors: &'a ErrorBlocks,
+    ranges: &'a QuantityRanges,
+    resolution: OnsetResolution,
 }
 
-impl Parts<'_> {
+impl ScreenData<'_> {
     /// Groups of candidates that are screened in one simulation, unless one of them hides another.
-    fn groups(&self, others: &[usize], silent: &mut Vec<Silent>) -> Vec<Vec<usize>> {
+    fn groups(&self, others: &[usize], silent: &mut Vec<SilentCandidate>) -> Vec<Vec<usize>> {
         let companies =
             in_parallel_stateless(others.len(), self.threads, |k| self.company(others[k]));
         let (mut plain, mut with_onset, mut alone) = (Vec::new(), Vec::new(), Vec::new());
         let mut with_constants = Vec::new();
         for (&candidate, company) in others.iter().zip(companies) {
             match company {
-                Company::Plain => plain.push(candidate),
-                Company::WithOnset => with_onset.push(candidate),
-                Company::WithConstants => with_constants.push(candidate),
-                Company::None => alone.push(vec![candidate]),
-                Company::LeftOut(why) => {
-                    silent.push(Silent { candidate, why, remedy: Remedy::LeaveOut });
+                CandidateCompany::Plain => plain.push(candidate),
+                CandidateCompany::WithOnset => with_onset.push(candidate),
+                CandidateCompany::WithConstants => with_constants.push(candidate),
+                CandidateCompany::None => alone.push(vec![candidate]),
+                CandidateCompany::LeftOut(why) => {
+                    silent.push(SilentCandidate { candidate, why, remedy: ScoreRemedy::LeaveOut });
                 }
             }
         }
         [self.apart(&plain), self.apart(&with_onset), self.apart(&with_constants), alone].concat()
     }
 
-    fn company(&self, one: usize) -> Company {
+    fn company(&self, one: usize) -> CandidateCompany {
         let (structure, candidate) = (self.structure, &self.all[one]);
         let is_apart = structure.effects().any(|other| self.all[other].excludes(candidate));
         // Whether it can be applied shows when its group is screened.
         if candidate.is_generic && !candidate.has_inner && !is_apart {
-            return Company::Plain;
+            return CandidateCompany::Plain;
         }
-        let screening = self.base.screening(self.all, structure, &[one], Blending::Null);
+        let screening = self.base.screening(self.all, structure, &[one], EffectBlending::Null);
         let (system, brought) = match screening {
             Ok(screening) => screening,
-            Err(refused) => return Company::LeftOut(format!("cannot be applied: {}", refused.0)),
+            Err(refused) => {
+                return CandidateCompany::LeftOut(format!("cannot be applied: {}", refused.0));
+            }
         };
         let inner = self.inner_of_one(&system, one, &brought[0]);
         let never = inner.iter().find(|inner| inner.is_onset && inner.lower >= inner.upper);
         if let Some(onset) = never {
-            return Company::LeftOut(format!(
+            return CandidateCompany::LeftOut(format!(
                 "cannot begin while something is recorded: the bounds of `{}` rule that out",
                 onset.name
             ));
         }
         if is_apart {
-            Company::None
+            CandidateCompany::None
         } else if inner.is_empty() {
-            Company::Plain
+            CandidateCompany::Plain
         } else if inner.iter().all(|inner| inner.is_onset) {
-            Company::WithOnset
+            CandidateCompany::WithOnset
         } else if candidate.is_generic && !candidate.brings_unknowns {
-            Company::WithConstants
+            CandidateCompany::WithConstants
         } else {
-            Company::None
+            CandidateCompany::None
         }
     }
 
@@ -244,7 +250,7 @@ impl Parts<'_> {
 
     /// Screens some candidates with simulations that include all of them; if that fails, in halves.
     fn screen(&self, others: &[usize], screen: &mut Screen) {
-        if self.screen_together(others, Blending::Null, screen).is_some() {
+        if self.screen_together(others, EffectBlending::Null, screen).is_some() {
             return;
         }
         let [candidate] = *others else {
@@ -255,26 +261,31 @@ impl Parts<'_> {
             return;
         };
         // At its null it has no derivative; blended in, with the null's parameters on a grid, it may have one.
-        if self.screen_together(others, Blending::Blended, screen).is_none() {
+        if self.screen_together(others, EffectBlending::Blended, screen).is_none() {
             let why = "has no derivative where it does nothing".to_owned();
-            screen.silent.push(Silent { candidate, why, remedy: Remedy::Fit });
+            screen.silent.push(SilentCandidate { candidate, why, remedy: ScoreRemedy::Fit });
         }
     }
 
     /// `None` if the candidates cannot be simulated, or lose derivatives that the fitted structure has; a single
     /// candidate may lose up to half of them.
-    fn screen_together(&self, others: &[usize], how: Blending, screen: &mut Screen) -> Option<()> {
+    fn screen_together(
+        &self,
+        others: &[usize],
+        how: EffectBlending,
+        screen: &mut Screen,
+    ) -> Option<()> {
         if others.is_empty() {
             return Some(());
         }
-        let Parts { base, all, .. } = *self;
+        let ScreenData { base, all, .. } = *self;
         let structure = self.structure;
         let (system, brought) = base.screening(all, structure, others, how).ok()?;
         let inner = self.inner_of(others, &system, &brought);
-        let together = Together { system: &system, brought: &brought, inner: &inner };
+        let together = CandidateBatch { system: &system, brought: &brought, inner: &inner };
         let points = inner.iter().flatten().map(|inner| inner.points).max().unwrap_or(1);
-        let grid: Vec<Place> = (0..points).map(|g| together.grid(g)).collect();
-        let mut promises: Vec<Vec<Promise>> = vec![Vec::new(); others.len()];
+        let grid: Vec<InnerValues> = (0..points).map(|g| together.grid(g)).collect();
+        let mut promises: Vec<Vec<GridPromise>> = vec![Vec::new(); others.len()];
         let least = self.try_places(&together, &grid, &mut promises)?;
         // A kink of one candidate may remove the derivatives of all; alone it may lose some of its own.
         let bearable = if others.len() > 1 { 0 } else { self.samples / 2 };
@@ -295,27 +306,32 @@ impl Parts<'_> {
             let obstacle = match (promised.is_empty(), is_seen) {
                 (true, true) => Some((
                     "can change the outputs only as the model's own parameters do",
-                    Remedy::LeaveOut,
+                    ScoreRemedy::LeaveOut,
                 )),
-                (true, false) => Some(("changes nothing that is measured", Remedy::Fit)),
+                (true, false) => Some(("changes nothing that is measured", ScoreRemedy::Fit)),
                 (false, _) if is_better => None,
                 (false, _) if self.has_own_start(candidate) => Some((
                     "begins at a value of its own, which only a fit can find",
-                    Remedy::FitAnyway,
+                    ScoreRemedy::FitAnyway,
                 )),
-                (false, _) => Some(("takes nothing away within its bounds", Remedy::ScoreIsZero)),
+                (false, _) => {
+                    Some(("takes nothing away within its bounds", ScoreRemedy::ScoreIsZero))
+                }
             };
-            let silent =
-                |(why, remedy): (&str, _)| Silent { candidate, why: why.to_owned(), remedy };
+            let silent = |(why, remedy): (&str, _)| SilentCandidate {
+                candidate,
+                why: why.to_owned(),
+                remedy,
+            };
             screen.silent.extend(obstacle.map(silent));
             let contrasts =
                 promised.iter_mut().map(|promise| std::mem::take(&mut promise.contrasts));
             let contrasts = contrasts.filter(|contrasts| !contrasts.is_empty());
-            screen.trials.extend(contrasts.map(|contrasts| Trial { candidate, contrasts }));
+            screen.trials.extend(contrasts.map(|contrasts| PointTrial { candidate, contrasts }));
             promised.retain(|promise| promise.gain > 0.0);
             promised.sort_by(|a, b| b.gain.total_cmp(&a.gain));
         }
-        if self.resolution == Resolution::Refined {
+        if self.resolution == OnsetResolution::Refined {
             self.zoom(others, how, &inner, &mut promises);
         }
         let scores = others.iter().zip(promises).filter_map(|(&candidate, promised)| {
@@ -323,7 +339,7 @@ impl Parts<'_> {
             let (gain, columns) = (best.gain, best.columns.clone());
             let points =
                 promised.into_iter().take(MOST_POINTS).map(|promise| promise.point).collect();
-            Some(Score { candidate, gain, points, columns })
+            Some(CandidateScore { candidate, gain, points, columns })
         });
         screen.scores.extend(scores);
         Some(())
@@ -334,11 +350,11 @@ impl Parts<'_> {
     /// simulated.
     fn try_places(
         &self,
-        together: &Together<'_>,
-        places: &[Place],
-        found: &mut [Vec<Promise>],
+        together: &CandidateBatch<'_>,
+        places: &[InnerValues],
+        found: &mut [Vec<GridPromise>],
     ) -> Option<usize> {
-        let Together { system, brought, inner } = *together;
+        let CandidateBatch { system, brought, inner } = *together;
         let (known, data) = (self.values, self.data);
         let runs = in_parallel(system, places.len(), self.threads, |system, g| {
             let mut values = known.clone();
@@ -374,9 +390,9 @@ impl Parts<'_> {
     fn zoom(
         &self,
         others: &[usize],
-        how: Blending,
-        inner: &[Vec<Inner>],
-        found: &mut [Vec<Promise>],
+        how: EffectBlending,
+        inner: &[Vec<InnerConstant>],
+        found: &mut [Vec<GridPromise>],
     ) {
         let structure = self.structure;
         // Positions among the others, and the best onset.
@@ -396,16 +412,16 @@ impl Parts<'_> {
                 return;
             };
             let inner = self.inner_of(&refined, &system, &brought);
-            let together = Together { system: &system, brought: &brought, inner: &inner };
+            let together = CandidateBatch { system: &system, brought: &brought, inner: &inner };
             spacing /= f64::from(ZOOM);
-            let place = |offset: i32| -> Place {
-                let near = |(inner, (_, onset)): (&Vec<Inner>, &(usize, f64))| {
+            let place = |offset: i32| -> InnerValues {
+                let near = |(inner, (_, onset)): (&Vec<InnerConstant>, &(usize, f64))| {
                     let offset = f64::from(offset) * spacing;
                     inner.iter().map(|inner| inner.near(*onset, offset)).collect()
                 };
                 inner.iter().zip(&open).map(near).collect()
             };
-            let about: Vec<Place> =
+            let about: Vec<InnerValues> =
                 (1 - ZOOM..ZOOM).filter(|offset| *offset != 0).map(place).collect();
             let mut closer = vec![Vec::new(); refined.len()];
             self.try_places(&together, &about, &mut closer);
@@ -431,54 +447,64 @@ impl Parts<'_> {
     /// Whether a candidate adds a fitted start value: its derivative is zero at the candidate's null, and the candidate
     /// would otherwise act like a wrong start value.
     fn has_own_start(&self, candidate: usize) -> bool {
-        let with_it = self.structure.with(candidate);
+        let with_it = self.structure.with_candidate(candidate);
         let with_it = self.base.structure(self.all, with_it);
         with_it.is_ok_and(|with_it| starts(&with_it) > self.starts)
     }
 
-    fn inner_of_one(&self, system: &Loaded, one: usize, brought: &Brought) -> Vec<Inner> {
+    fn inner_of_one(
+        &self,
+        system: &LoadedSystem,
+        one: usize,
+        brought: &AddedItems,
+    ) -> Vec<InnerConstant> {
         inner_constants(system, &self.all[one], brought, self.data.train, self.ranges)
     }
 
     /// The inner constants of each of some candidates.
-    fn inner_of(&self, some: &[usize], system: &Loaded, brought: &[Brought]) -> Vec<Vec<Inner>> {
+    fn inner_of(
+        &self,
+        some: &[usize],
+        system: &LoadedSystem,
+        brought: &[AddedItems],
+    ) -> Vec<Vec<InnerConstant>> {
         let each = some.iter().zip(brought);
         each.map(|(&one, brought)| self.inner_of_one(system, one, brought)).collect()
     }
 }
 
 /// Number of fitted start values of a structure.
-fn starts(structure: &Structure) -> usize {
+fn starts(structure: &ModelStructure) -> usize {
     let directions = &structure.system.signature().directions;
     directions.iter().filter(|one| matches!(one, Direction::Start(_))).count()
 }
 
 /// Values of the inner constants of each of some candidates.
-type Place = Vec<Vec<f64>>;
+type InnerValues = Vec<Vec<f64>>;
 
 /// Candidates that are simulated together.
 #[derive(Clone, Copy)]
-struct Together<'a> {
-    system: &'a Loaded,
-    brought: &'a [Brought],
+struct CandidateBatch<'a> {
+    system: &'a LoadedSystem,
+    brought: &'a [AddedItems],
     /// The inner constants of each.
-    inner: &'a [Vec<Inner>],
+    inner: &'a [Vec<InnerConstant>],
 }
 
-impl Together<'_> {
+impl CandidateBatch<'_> {
     /// A point of the grid.
-    fn grid(&self, g: usize) -> Place {
-        self.inner.iter().map(|inner| inner.iter().map(|inner| inner.at(g)).collect()).collect()
+    fn grid(&self, g: usize) -> InnerValues {
+        self.inner.iter().map(|inner| inner.iter().map(|inner| inner.value(g)).collect()).collect()
     }
 }
 
 /// The promise of a candidate at one point of the grid.
 #[derive(Debug, Clone)]
-struct Promise {
+struct GridPromise {
     gain: f64,
     point: StartPoint,
     columns: Vec<Vec<f64>>,
-    contrasts: Vec<Contrast>,
+    contrasts: Vec<PointContrast>,
     /// Whether it affects any measurement.
     is_seen: bool,
 }
@@ -487,13 +513,13 @@ struct Promise {
 ///
 /// Several λ of one candidate are treated one after another, each orthogonal to those before.
 fn promise(
-    system: &Loaded,
+    system: &LoadedSystem,
     lambdas: &[&String],
-    brought: &Brought,
+    brought: &AddedItems,
     columns: &[Vec<f64>],
-    basis: &Basis,
-    errors: &Errors,
-) -> Promise {
+    basis: &OrthonormalBasis,
+    errors: &ErrorBlocks,
+) -> GridPromise {
     let mut basis = basis.clone();
     let (mut gain, mut point) = (0.0, StartPoint::default());
     let (mut kept, mut contrasts) = (Vec::new(), Vec::new());
@@ -513,5 +539,5 @@ fn promise(
         contrasts.push(contrast);
     }
     let is_seen = columns.iter().flatten().any(|value| *value != 0.0);
-    Promise { gain, point, columns: kept, contrasts, is_seen }
+    GridPromise { gain, point, columns: kept, contrasts, is_seen }
 }

@@ -6,7 +6,7 @@
 /// parameters that are hardly distinguishable (Giraud, Langou, Rozložník, Comput. Math. Appl. 50 (2005) 1069: twice is
 /// enough).
 #[derive(Debug, Clone, Default)]
-pub(crate) struct Basis {
+pub(crate) struct OrthonormalBasis {
     columns: Vec<Vec<f64>>,
 }
 
@@ -14,10 +14,10 @@ pub(crate) struct Basis {
 /// not information.
 const IN_SPAN: f64 = 1e-5;
 
-impl Basis {
+impl OrthonormalBasis {
     /// The span of the columns.
-    pub(crate) fn new(columns: &[Vec<f64>]) -> Basis {
-        let mut basis = Basis::default();
+    pub(crate) fn new(columns: &[Vec<f64>]) -> OrthonormalBasis {
+        let mut basis = OrthonormalBasis::default();
         for column in columns {
             if let Some(rest) = basis.project_out(column) {
                 basis.extend(&rest);
@@ -77,7 +77,7 @@ mod tests {
         let column = |f: &dyn Fn(f64) -> f64| (0..n).map(|k| f(t(k))).collect::<Vec<f64>>();
         // Sizes and directions typical of parameters: 1e8 apart, nearly parallel.
         let fitted = [column(&|_| 1.0), column(&|t| 1e8 * t), column(&|t| 1e8 * t + 1e4 * t * t)];
-        let basis = Basis::new(&fitted);
+        let basis = OrthonormalBasis::new(&fitted);
         let rest = basis.project_out(&column(&|t| t.powi(3))).unwrap();
         for column in &fitted {
             let cosine = dot(column, &rest) / (dot(column, column) * dot(&rest, &rest)).sqrt();
@@ -93,7 +93,8 @@ mod tests {
         let n = 20_000;
         let at = |k: usize| (k as f64 + 0.5) / f64::from(n);
         let power = |p: i32| (0..n as usize).map(|k| at(k).powi(p)).collect::<Vec<f64>>();
-        let rest = Basis::new(&[power(0), power(1), power(2)]).project_out(&power(3)).unwrap();
+        let rest =
+            OrthonormalBasis::new(&[power(0), power(1), power(2)]).project_out(&power(3)).unwrap();
         let square = dot(&rest, &rest) / f64::from(n);
         assert!((square * 2800.0 - 1.0).abs() < 1e-6, "{square}");
     }

@@ -20,7 +20,7 @@ use nalgebra::{DMatrix, SymmetricEigen};
 use rand_pcg::Pcg64;
 use rand_pcg::rand_core::Rng;
 
-use super::projection::Basis;
+use super::projection::OrthonormalBasis;
 
 /// Number of resamples.
 pub(crate) const RESAMPLES: usize = 999;
@@ -36,7 +36,7 @@ const ALL_TAKEN: f64 = 1e-6;
 
 /// Errors in blocks of time, ready to be resampled.
 #[derive(Debug, Clone)]
-pub(crate) struct Errors {
+pub(crate) struct ErrorBlocks {
     /// The block of each sample.
     blocks: Vec<usize>,
     /// r⊥.
@@ -47,7 +47,7 @@ pub(crate) struct Errors {
 
 /// The possible gain of one λ at one point of a candidate's grid.
 #[derive(Debug, Clone)]
-pub(crate) struct Contrast {
+pub(crate) struct PointContrast {
     /// φ⊥ᵀr⊥ / ‖φ⊥‖.
     as_it_is: f64,
     /// φ⊥_bᵀu_b / ‖φ⊥‖ for each block.
@@ -60,18 +60,18 @@ pub(crate) struct Contrast {
 
 /// The possible gain of a candidate at one point of its grid.
 #[derive(Debug, Clone)]
-pub(crate) struct Trial {
+pub(crate) struct PointTrial {
     /// Position of the candidate.
     pub candidate: usize,
     /// One for each λ, orthogonal to each other.
-    pub contrasts: Vec<Contrast>,
+    pub contrasts: Vec<PointContrast>,
 }
 
-keep_by_fields!(Contrast { as_it_is, parts, length, bounds });
+keep_by_fields!(PointContrast { as_it_is, parts, length, bounds });
 
-keep_by_fields!(Trial { candidate, contrasts });
+keep_by_fields!(PointTrial { candidate, contrasts });
 
-impl Contrast {
+impl PointContrast {
     /// λ relative to its null.
     pub(crate) fn estimate(&self) -> f64 {
         let [lower, upper] = self.bounds;
@@ -96,9 +96,13 @@ impl Contrast {
     }
 }
 
-impl Errors {
+impl ErrorBlocks {
     /// Errors in units of their noise, the block of each, and the directions that were fitted to them.
-    pub(crate) fn new(errors: &[f64], blocks: Vec<usize>, fitted: &Basis) -> Errors {
+    pub(crate) fn new(
+        errors: &[f64],
+        blocks: Vec<usize>,
+        fitted: &OrthonormalBasis,
+    ) -> ErrorBlocks {
         let as_they_are = fitted.project_out(errors).unwrap_or_else(|| vec![0.0; errors.len()]);
         let mut restored = as_they_are.clone();
         let mut members = vec![Vec::new(); BLOCKS];
@@ -108,7 +112,7 @@ impl Errors {
         for members in &members {
             restore(&mut restored, members, fitted.columns());
         }
-        Errors { blocks, as_they_are, restored }
+        ErrorBlocks { blocks, as_they_are, restored }
     }
 
     /// Σ r⊥².
@@ -118,7 +122,7 @@ impl Errors {
 
     /// The possible gain of a column that is orthogonal to the fitted directions, with λ within bounds relative to its
     /// null.
-    pub(crate) fn contrast(&self, column: &[f64], bounds: [f64; 2]) -> Contrast {
+    pub(crate) fn contrast(&self, column: &[f64], bounds: [f64; 2]) -> PointContrast {
         let (mut parts, mut along, mut square) = (vec![0.0; BLOCKS], 0.0, 0.0);
         for (k, (phi, block)) in column.iter().zip(&self.blocks).enumerate() {
             parts[*block] += phi * self.restored[k];
@@ -129,7 +133,7 @@ impl Errors {
         for part in &mut parts {
             *part /= length;
         }
-        Contrast { as_it_is: along / length, parts, length, bounds }
+        PointContrast { as_it_is: along / length, parts, length, bounds }
     }
 }
 
@@ -157,9 +161,9 @@ fn restore(errors: &mut [f64], block: &[usize], directions: &[Vec<f64>]) {
     }
 }
 
-impl Trial {
+impl PointTrial {
     /// The trial with the resampled errors of each block scaled by `sizes`.
-    pub(crate) fn with_errors_of(mut self, sizes: &[f64; BLOCKS]) -> Trial {
+    pub(crate) fn with_errors_of(mut self, sizes: &[f64; BLOCKS]) -> PointTrial {
         for contrast in &mut self.contrasts {
             for (part, size) in contrast.parts.iter_mut().zip(sizes) {
                 *part *= size;
@@ -170,7 +174,7 @@ impl Trial {
 
     /// Its gain from the original errors.
     fn gain(&self) -> f64 {
-        self.contrasts.iter().map(Contrast::gain).sum()
+        self.contrasts.iter().map(PointContrast::gain).sum()
     }
 
     /// Its gain from errors with other signs.
@@ -181,21 +185,21 @@ impl Trial {
 }
 
 /// The largest gain of candidates from the original errors.
-pub(crate) fn gain<'a>(trials: impl IntoIterator<Item = &'a Trial>) -> f64 {
-    trials.into_iter().map(Trial::gain).fold(0.0, f64::max)
+pub(crate) fn gain<'a>(trials: impl IntoIterator<Item = &'a PointTrial>) -> f64 {
+    trials.into_iter().map(PointTrial::gain).fold(0.0, f64::max)
 }
 
 /// Probability that the best of all candidates gains as much from resampled errors as observed; a multiple of 1/1000.
 ///
 /// It is uniformly distributed if nothing is missing and `observed` is the best gain from the original errors: the rank
 /// of that among the resamples, with ties broken at random.
-pub(crate) fn p_value(trials: &[Trial], observed: f64, random: &mut Pcg64) -> f64 {
+pub(crate) fn p_value(trials: &[PointTrial], observed: f64, random: &mut Pcg64) -> f64 {
     resampled_p_value(trials, observed, RESAMPLES, random)
 }
 
 /// [`p_value`] from a given number of resamples.
 pub(crate) fn resampled_p_value(
-    trials: &[Trial],
+    trials: &[PointTrial],
     observed: f64,
     resamples: usize,
     random: &mut Pcg64,
@@ -237,7 +241,7 @@ mod tests {
             [30.0, 60.0, 120.0].map(|rate| column(|t| (-rate * t).exp())).to_vec();
         directions
             .extend((0..9).map(|k| column(|t| (std::f64::consts::PI * f64::from(k) * t).cos())));
-        let fitted = Basis::new(&directions);
+        let fitted = OrthonormalBasis::new(&directions);
         // Onsets, some of them near an end; a spike of a few blocks; a column of one sign.
         let steps = [0.02, 0.1, 0.3, 0.5, 0.7, 0.9, 0.98];
         let mut columns: Vec<Vec<f64>> =
@@ -251,15 +255,15 @@ mod tests {
         let of_seed = |seed: u128| {
             let mut random = Pcg64::new(seed, 7);
             let errors: Vec<f64> = sizes.iter().map(|size| size * normal(&mut random)).collect();
-            let errors = Errors::new(&errors, blocks.clone(), &fitted);
+            let errors = ErrorBlocks::new(&errors, blocks.clone(), &fitted);
             let any = [f64::NEG_INFINITY, f64::INFINITY];
             let trials = columns.iter().enumerate().map(|(k, column)| {
                 let bounds = if k + 1 == columns.len() { [0.0, f64::INFINITY] } else { any };
                 // All steps are one candidate.
                 let candidate = k.saturating_sub(steps.len() - 1);
-                Trial { candidate, contrasts: vec![errors.contrast(column, bounds)] }
+                PointTrial { candidate, contrasts: vec![errors.contrast(column, bounds)] }
             });
-            let trials: Vec<Trial> = trials.collect();
+            let trials: Vec<PointTrial> = trials.collect();
             p_value(&trials, gain(&trials), &mut random)
         };
         (0..number).map(of_seed).collect()
@@ -276,15 +280,15 @@ mod tests {
     #[test]
     fn a_test_of_one_side_alone_is_uniform_too() {
         // Half of all errors then gain nothing: ties, whose ranks are drawn at random.
-        let fitted = Basis::new(&[column(|_| 1.0)]);
+        let fitted = OrthonormalBasis::new(&[column(|_| 1.0)]);
         let line = fitted.project_out(&column(|t| t)).unwrap();
         let blocks: Vec<usize> = (0..SAMPLES).map(|k| k * BLOCKS / SAMPLES).collect();
         let of_seed = |seed: u128| {
             let mut random = Pcg64::new(seed, 8);
             let errors: Vec<f64> = (0..SAMPLES).map(|_| normal(&mut random)).collect();
-            let contrast =
-                Errors::new(&errors, blocks.clone(), &fitted).contrast(&line, [0.0, f64::INFINITY]);
-            let trials = [Trial { candidate: 0, contrasts: vec![contrast] }];
+            let contrast = ErrorBlocks::new(&errors, blocks.clone(), &fitted)
+                .contrast(&line, [0.0, f64::INFINITY]);
+            let trials = [PointTrial { candidate: 0, contrasts: vec![contrast] }];
             p_value(&trials, gain(&trials), &mut random)
         };
         let all: Vec<f64> = (0..500).map(of_seed).collect();
@@ -297,14 +301,14 @@ mod tests {
         // Σ over blocks of (φ_bᵀu_b)² has the mean ‖φ‖², whatever was fitted.
         let directions: Vec<Vec<f64>> =
             [40.0, 80.0, 0.0, 3.0].map(|rate| column(|t| (-rate * t).exp())).to_vec();
-        let fitted = Basis::new(&directions);
+        let fitted = OrthonormalBasis::new(&directions);
         let phi = fitted.project_out(&column(|t| (-((t - 0.02) / 0.02).powi(2)).exp())).unwrap();
         let blocks: Vec<usize> = (0..SAMPLES).map(|k| k * BLOCKS / SAMPLES).collect();
         let mut random = Pcg64::new(1, 1);
         let (mut sum, mut squares, n) = (0.0, 0.0, 2000);
         for _ in 0..n {
             let errors: Vec<f64> = (0..SAMPLES).map(|_| normal(&mut random)).collect();
-            let errors = Errors::new(&errors, blocks.clone(), &fitted);
+            let errors = ErrorBlocks::new(&errors, blocks.clone(), &fitted);
             let contrast = errors.contrast(&phi, [f64::NEG_INFINITY, f64::INFINITY]);
             let square: f64 = contrast.parts.iter().map(|part| part * part).sum();
             sum += square;
@@ -322,15 +326,15 @@ mod tests {
             (0..SAMPLES).map(|k| if k < SAMPLES / 25 { 1.0 } else { 0.0 }).collect();
         let errors: Vec<f64> = column.iter().map(|c| 10.0 * c + normal(&mut random)).collect();
         let blocks: Vec<usize> = (0..SAMPLES).map(|k| k * BLOCKS / SAMPLES).collect();
-        let errors = Errors::new(&errors, blocks, &Basis::new(&[]));
-        let trial = Trial {
+        let errors = ErrorBlocks::new(&errors, blocks, &OrthonormalBasis::new(&[]));
+        let trial = PointTrial {
             candidate: 0,
             contrasts: vec![errors.contrast(&column, [f64::NEG_INFINITY, f64::INFINITY])],
         };
         let observed = trial.gain();
         let mut sizes = [1.0; BLOCKS];
         sizes[..BLOCKS / 25].fill(0.1);
-        let mut p = |trial: Trial| p_value(&[trial], observed, &mut random);
+        let mut p = |trial: PointTrial| p_value(&[trial], observed, &mut random);
         // Four blocks have the same sign in one of eight resamples.
         let among_errors = p(trial.clone());
         assert!((among_errors - 0.125 / 2.0).abs() < 0.07, "{among_errors}");

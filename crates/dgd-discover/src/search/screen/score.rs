@@ -1,15 +1,15 @@
 //! The result of a screen for each candidate.
 
-use dgd_identify::journal::Kept;
+use dgd_identify::journal::Journaled;
 use dgd_identify::keep_by_fields;
 
 use super::projection::dot;
-use super::resampled::Trial;
+use super::resampled::PointTrial;
 use crate::fit::StartPoint;
 
 /// The promise of a candidate.
 #[derive(Debug, Clone)]
-pub(crate) struct Score {
+pub(crate) struct CandidateScore {
     /// Position of the candidate.
     pub candidate: usize,
     /// The largest reduction of Σ (e/σ)² over the grid.
@@ -24,27 +24,27 @@ pub(crate) struct Score {
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Screen {
     /// Candidates with a gain, the best first.
-    pub scores: Vec<Score>,
+    pub scores: Vec<CandidateScore>,
     /// The possible gain of each candidate at each point of its grid, whether realised or not.
-    pub trials: Vec<Trial>,
+    pub trials: Vec<PointTrial>,
     /// Candidates whose score is not informative.
-    pub silent: Vec<Silent>,
+    pub silent: Vec<SilentCandidate>,
 }
 
 /// A candidate whose score is not informative.
 #[derive(Debug, Clone)]
-pub(crate) struct Silent {
+pub(crate) struct SilentCandidate {
     /// Position of the candidate.
     pub candidate: usize,
     /// The reason, as the continuation of a sentence after its name.
     pub why: String,
     /// The remedy.
-    pub remedy: Remedy,
+    pub remedy: ScoreRemedy,
 }
 
 /// The remedy for a candidate whose score is not informative.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum Remedy {
+pub(crate) enum ScoreRemedy {
     /// Nothing: its score is zero.
     ScoreIsZero,
     /// It can be fitted from the values in its file.
@@ -59,34 +59,34 @@ pub(crate) enum Remedy {
 const PARALLEL: f64 = 1.0 - 1e-6;
 
 /// Sorts the best first.
-pub(crate) fn best_first(scores: &mut [Score]) {
+pub(crate) fn best_first(scores: &mut [CandidateScore]) {
     scores.sort_by(|a, b| b.gain.total_cmp(&a.gain).then(a.candidate.cmp(&b.candidate)));
 }
 
 /// Whether two candidates have the same effect on the outputs, to first order and up to a factor.
-pub(crate) fn are_parallel(a: &Score, b: &Score) -> bool {
+pub(crate) fn are_parallel(a: &CandidateScore, b: &CandidateScore) -> bool {
     let ([a], [b]) = (a.columns.as_slice(), b.columns.as_slice()) else { return false };
     a.len() == b.len() && dot(a, b).powi(2) > PARALLEL * dot(a, a) * dot(b, b)
 }
 
 keep_by_fields!(Screen { scores, trials, silent });
 
-keep_by_fields!(Silent { candidate, why, remedy });
+keep_by_fields!(SilentCandidate { candidate, why, remedy });
 
-impl Kept for Remedy {
+impl Journaled for ScoreRemedy {
     fn write(&self, bytes: &mut Vec<u8>) {
-        let fits = matches!(self, Remedy::Fit | Remedy::FitAnyway);
-        [matches!(self, Remedy::ScoreIsZero | Remedy::FitAnyway), fits].write(bytes);
+        let fits = matches!(self, ScoreRemedy::Fit | ScoreRemedy::FitAnyway);
+        [matches!(self, ScoreRemedy::ScoreIsZero | ScoreRemedy::FitAnyway), fits].write(bytes);
     }
 
     fn read(bytes: &mut &[u8]) -> Option<Self> {
         match <[bool; 2]>::read(bytes)? {
-            [true, false] => Some(Remedy::ScoreIsZero),
-            [false, true] => Some(Remedy::Fit),
-            [false, false] => Some(Remedy::LeaveOut),
-            [true, true] => Some(Remedy::FitAnyway),
+            [true, false] => Some(ScoreRemedy::ScoreIsZero),
+            [false, true] => Some(ScoreRemedy::Fit),
+            [false, false] => Some(ScoreRemedy::LeaveOut),
+            [true, true] => Some(ScoreRemedy::FitAnyway),
         }
     }
 }
 
-keep_by_fields!(Score { candidate, gain, points, columns });
+keep_by_fields!(CandidateScore { candidate, gain, points, columns });

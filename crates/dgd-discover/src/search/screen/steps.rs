@@ -9,16 +9,16 @@
 //!
 //! for the whole step, at some points between the edge and the other end of the limit's range.
 
-use dgd_compiler::effects::Brought;
-use dgd_execute::Loaded;
+use dgd_compiler::effects::AddedItems;
+use dgd_execute::LoadedSystem;
 use dgd_runtime::System;
 use dgd_runtime::parallel::in_parallel;
 use dgd_runtime::signature::Parameter;
 
 use super::weighted::outputs;
-use super::{Parts, Promise, Resolution};
+use super::{GridPromise, OnsetResolution, ScreenData};
 use crate::fit::StartPoint;
-use crate::library::Candidate;
+use crate::library::EffectCandidate;
 
 /// Points of the grid.
 const POINTS: usize = 6;
@@ -30,21 +30,25 @@ const ZOOMS: usize = 2;
 const WORTH_ZOOMING: f64 = 0.1;
 
 /// A limit at the edge of its range.
-struct Limit<'a> {
+struct RangeLimit<'a> {
     name: &'a str,
     null: f64,
     /// The other end of its range.
     end: f64,
 }
 
-impl Limit<'_> {
-    fn at(&self, share: f64) -> f64 {
+impl RangeLimit<'_> {
+    fn value(&self, share: f64) -> f64 {
         self.null + share * (self.end - self.null)
     }
 }
 
 /// The parameters of a kinked effect whose null is one end of their range.
-fn limits<'a>(system: &Loaded, one: &Candidate<'_>, brought: &'a Brought) -> Vec<Limit<'a>> {
+fn limits<'a>(
+    system: &LoadedSystem,
+    one: &EffectCandidate<'_>,
+    brought: &'a AddedItems,
+) -> Vec<RangeLimit<'a>> {
     let limit = |name: &'a String| {
         let mut parameters = system.signature().parameters.iter();
         let &Parameter { value, lower, upper, .. } = parameters.find(|p| *p.name == **name)?;
@@ -53,27 +57,28 @@ fn limits<'a>(system: &Loaded, one: &Candidate<'_>, brought: &'a Brought) -> Vec
             (false, true) => lower,
             _ => return None,
         };
-        end.is_finite().then_some(Limit { name, null: value, end })
+        end.is_finite().then_some(RangeLimit { name, null: value, end })
     };
     if one.has_kink() { brought.null.iter().filter_map(limit).collect() } else { Vec::new() }
 }
 
-impl Parts<'_> {
+impl ScreenData<'_> {
     /// The promise of a candidate with its limits moved, all by the same share of their ranges.
     pub(super) fn steps(
         &self,
-        system: &Loaded,
-        one: &Candidate<'_>,
-        brought: &Brought,
-    ) -> Vec<Promise> {
+        system: &LoadedSystem,
+        one: &EffectCandidate<'_>,
+        brought: &AddedItems,
+    ) -> Vec<GridPromise> {
         let limits = limits(system, one, brought);
         if limits.is_empty() {
             return Vec::new();
         }
         let Some(as_it_is) = outputs(system, self.values, self.data) else { return Vec::new() };
-        let try_shares = |shares: &[f64]| -> Vec<(f64, Promise)> {
+        let try_shares = |shares: &[f64]| -> Vec<(f64, GridPromise)> {
             let promises = in_parallel(system, shares.len(), self.threads, |system, k| {
-                let moved = limits.iter().map(|limit| (limit.name.to_owned(), limit.at(shares[k])));
+                let moved =
+                    limits.iter().map(|limit| (limit.name.to_owned(), limit.value(shares[k])));
                 self.step(system, moved.collect(), &as_it_is)
             });
             let both = shares.iter().copied().zip(promises);
@@ -82,7 +87,7 @@ impl Parts<'_> {
         let grid: Vec<f64> = (0..POINTS).map(|g| (g as f64 + 0.5) / POINTS as f64).collect();
         let mut promises = try_shares(&grid);
         let mut spacing = 1.0 / POINTS as f64;
-        let zooms = if self.resolution == Resolution::Refined { ZOOMS } else { 0 };
+        let zooms = if self.resolution == OnsetResolution::Refined { ZOOMS } else { 0 };
         for _ in 0..zooms {
             let best = promises.iter().max_by(|(_, a), (_, b)| a.gain.total_cmp(&b.gain));
             let least = WORTH_ZOOMING * self.errors.square();
@@ -101,10 +106,10 @@ impl Parts<'_> {
     /// The promise of moved limits; `None` if they change nothing that is measured, or cannot be simulated.
     fn step(
         &self,
-        system: &Loaded,
+        system: &LoadedSystem,
         moved: Vec<(String, f64)>,
         as_it_is: &[f64],
-    ) -> Option<Promise> {
+    ) -> Option<GridPromise> {
         let mut values = self.values.clone();
         values.p.extend(moved.iter().cloned());
         let outputs = outputs(system, &values, self.data)?;
@@ -116,6 +121,12 @@ impl Parts<'_> {
         let moved_names = moved.iter().map(|(name, _)| name.clone()).collect();
         let mut point = StartPoint { held: moved_names, ..StartPoint::default() };
         point.set(moved.into_iter());
-        Some(Promise { gain, point, columns: vec![rest], contrasts: vec![contrast], is_seen: true })
+        Some(GridPromise {
+            gain,
+            point,
+            columns: vec![rest],
+            contrasts: vec![contrast],
+            is_seen: true,
+        })
     }
 }

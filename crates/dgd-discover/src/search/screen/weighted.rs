@@ -1,19 +1,22 @@
 //! Residuals and sensitivities of the measured samples, in units of the noise and whitened.
 
-use dgd_execute::Loaded;
+use dgd_execute::LoadedSystem;
 use dgd_identify::outputs_with_sensitivities as observe;
-use dgd_identify::{Derivatives, Recording, outputs_of};
+use dgd_identify::{DerivativeUse, Recording, outputs_of};
 use dgd_runtime::{Direction, System};
 
-use super::projection::Basis;
+use super::projection::OrthonormalBasis;
 use super::resampled::BLOCKS;
-use crate::fit::{Data, Fitted, whitened};
-use crate::library::Values;
-use crate::noise::Whitener;
+use crate::fit::{FittedStructure, SearchData, whitened};
+use crate::library::CarriedValues;
+use crate::noise::NoiseWhitener;
 
 /// The span of the fitted directions (parameters, and start values of each recording), and the number of measured
 /// samples at which their derivatives are undefined.
-pub(super) fn fitted_directions(fitted: &Fitted, data: &Data<'_>) -> Option<(Basis, usize)> {
+pub(super) fn fitted_directions(
+    fitted: &FittedStructure,
+    data: &SearchData<'_>,
+) -> Option<(OrthonormalBasis, usize)> {
     let structure = &fitted.structure;
     let system = &structure.system;
     let is_held = |j: usize| {
@@ -41,11 +44,11 @@ pub(super) fn fitted_directions(fitted: &Fitted, data: &Data<'_>) -> Option<(Bas
         }
     }
     let undefined = per_recording.iter().map(|part| part.undefined).sum();
-    Some((Basis::new(&columns), undefined))
+    Some((OrthonormalBasis::new(&columns), undefined))
 }
 
 /// Weighted sensitivities of the measured samples of one recording.
-struct Part {
+struct WeightedPart {
     rows: usize,
     /// One for each direction.
     columns: Vec<Vec<f64>>,
@@ -56,9 +59,9 @@ struct Part {
 /// One column for each direction over the samples of all training recordings, and the number of samples at which a
 /// derivative is undefined.
 pub(super) fn sensitivities(
-    system: &Loaded,
-    values: &Values,
-    data: &Data<'_>,
+    system: &LoadedSystem,
+    values: &CarriedValues,
+    data: &SearchData<'_>,
 ) -> Option<(Vec<Vec<f64>>, usize)> {
     let parts = sensitivities_by_recording(system, values, data)?;
     let directions = system.signature().directions.len();
@@ -68,18 +71,22 @@ pub(super) fn sensitivities(
 }
 
 /// Simulated outputs at the measured samples, in units of the noise and whitened, in the order of the columns above.
-pub(super) fn outputs(system: &Loaded, values: &Values, data: &Data<'_>) -> Option<Vec<f64>> {
+pub(super) fn outputs(
+    system: &LoadedSystem,
+    values: &CarriedValues,
+    data: &SearchData<'_>,
+) -> Option<Vec<f64>> {
     let p = values.parameters(system);
     let mut outputs = Vec::new();
     for (r, recording) in data.train.iter().enumerate() {
         let (start, options) = (values.starts(system, r), data.options_for(system));
-        let without = Derivatives::No;
+        let without = DerivativeUse::No;
         let simulated =
             outputs_of(system.as_model(), recording, &p, &start, &options, without).ok()?;
         let sensors = data.noise.iter().zip(&recording.measured).enumerate();
         for (output, (noise, measured)) in sensors {
             let (Some(noise), Some(measured)) = (noise, measured) else { continue };
-            let whitener = Whitener::new(&recording.times, |k| measured[k].is_finite(), noise);
+            let whitener = NoiseWhitener::new(&recording.times, |k| measured[k].is_finite(), noise);
             let of_sample = |(k, measured): (usize, &f64)| {
                 if measured.is_finite() { simulated.w(k)[output] } else { f64::NAN }
             };
@@ -92,10 +99,10 @@ pub(super) fn outputs(system: &Loaded, values: &Values, data: &Data<'_>) -> Opti
 }
 
 fn sensitivities_by_recording(
-    system: &Loaded,
-    values: &Values,
-    data: &Data<'_>,
-) -> Option<Vec<Part>> {
+    system: &LoadedSystem,
+    values: &CarriedValues,
+    data: &SearchData<'_>,
+) -> Option<Vec<WeightedPart>> {
     let p = values.parameters(system);
     let directions = system.signature().directions.len();
     let recordings = data.train.iter().enumerate();
@@ -112,7 +119,7 @@ fn sensitivities_by_recording(
                     continue;
                 };
                 let is_measured = |k: usize| measured[k].is_finite();
-                let whitener = Whitener::new(&recording.times, is_measured, noise);
+                let whitener = NoiseWhitener::new(&recording.times, is_measured, noise);
                 let is_undefined = |k: usize| {
                     let value = |j: usize| observations.dw(k)[j * observations.n_w + output];
                     is_measured(k) && !(0..directions).all(|j| value(j).is_finite())
@@ -131,13 +138,13 @@ fn sensitivities_by_recording(
                     column.extend(measured.filter(|(k, _)| is_measured(*k)).map(|(_, e)| e));
                 }
             }
-            Some(Part { rows: columns.first().map_or(0, Vec::len), columns, undefined })
+            Some(WeightedPart { rows: columns.first().map_or(0, Vec::len), columns, undefined })
         })
         .collect()
 }
 
 /// Whitened residuals in units of the noise, in the order of the columns above.
-pub(crate) fn weighted(data: &Data<'_>, residuals: &[Vec<Vec<f64>>]) -> Vec<f64> {
+pub(crate) fn weighted(data: &SearchData<'_>, residuals: &[Vec<Vec<f64>>]) -> Vec<f64> {
     let mut weighted = Vec::new();
     for (recording, outputs) in data.train.iter().zip(residuals) {
         for (values, noise) in outputs.iter().zip(&data.noise) {
@@ -157,7 +164,7 @@ const MEMORIES: f64 = 5.0;
 const FEWEST_BLOCKS: f64 = 10.0;
 
 /// Number of nearly independent blocks in all recordings.
-pub(crate) fn independent_blocks(data: &Data<'_>) -> usize {
+pub(crate) fn independent_blocks(data: &SearchData<'_>) -> usize {
     let colours = data.noise.iter().flatten().filter_map(|noise| noise.colour);
     let memory = colours.map(|colour| colour.memory).fold(0.0, f64::max);
     let length = |recording: &Recording| match recording.times.as_slice() {
@@ -169,7 +176,11 @@ pub(crate) fn independent_blocks(data: &Data<'_>) -> usize {
 }
 
 /// The block of each weighted residual, in their order, out of `number` blocks.
-pub(crate) fn blocks(data: &Data<'_>, residuals: &[Vec<Vec<f64>>], number: usize) -> Vec<usize> {
+pub(crate) fn blocks(
+    data: &SearchData<'_>,
+    residuals: &[Vec<Vec<f64>>],
+    number: usize,
+) -> Vec<usize> {
     let samples: usize = data.train.iter().map(|recording| recording.times.len()).sum();
     let (mut all, mut before) = (Vec::new(), 0);
     for (recording, outputs) in data.train.iter().zip(residuals) {

@@ -8,14 +8,14 @@
 //! A rate may be zero. Its logarithm would then be infinite, beyond a plateau without slopes; here z = 0 means zero,
 //! the likelihood has a slope there, as it has with respect to the square of the rate, and far above its unit z is a
 //! logarithm. The unit is the rate whose estimate has a standard deviation of one unit near zero
-//! ([`Search::told_from_none`](super::Search)).
+//! ([`LikelihoodSearch::told_from_none`](super::LikelihoodSearch)).
 
 use crate::variables::LARGEST_FACTOR;
 
 /// A noise level to be estimated.
 #[derive(Debug, Clone, Copy)]
-pub(in crate::filter) struct Sought {
-    pub kind: Kind,
+pub(in crate::filter) struct FreeNoiseLevel {
+    pub kind: NoiseLevelKind,
     pub unit: f64,
     /// The initial level of a search, and its bounds, SI.
     first: f64,
@@ -25,22 +25,22 @@ pub(in crate::filter) struct Sought {
 
 /// The kind of a level.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(in crate::filter) enum Kind {
+pub(in crate::filter) enum NoiseLevelKind {
     /// The noise of an output, positive.
     Noise,
     /// The process noise of a state in a second, zero or positive.
     Rate,
 }
 
-impl Sought {
+impl FreeNoiseLevel {
     /// The noise of an output.
     pub(in crate::filter) fn noise(first: f64, least: f64, most: f64) -> Self {
-        Self { kind: Kind::Noise, unit: first, first, least, most }
+        Self { kind: NoiseLevelKind::Noise, unit: first, first, least, most }
     }
 
     /// The rate of a state.
     pub(in crate::filter) fn rate(first: f64, most: f64) -> Self {
-        Self { kind: Kind::Rate, unit: first, first, least: 0.0, most }
+        Self { kind: NoiseLevelKind::Rate, unit: first, first, least: 0.0, most }
     }
 
     /// Bounds of z.
@@ -51,8 +51,8 @@ impl Sought {
     /// Limit on a step of the search: far above its unit, the z of a rate is the logarithm of its square.
     pub(in crate::filter) fn reach(&self) -> f64 {
         match self.kind {
-            Kind::Noise => LARGEST_FACTOR.ln(),
-            Kind::Rate => 2.0 * LARGEST_FACTOR.ln(),
+            NoiseLevelKind::Noise => LARGEST_FACTOR.ln(),
+            NoiseLevelKind::Rate => 2.0 * LARGEST_FACTOR.ln(),
         }
     }
 
@@ -65,24 +65,24 @@ impl Sought {
     pub(in crate::filter) fn level(&self, z: f64) -> f64 {
         self.unit
             * match self.kind {
-                Kind::Noise => z.exp(),
-                Kind::Rate => z.exp_m1().sqrt(),
+                NoiseLevelKind::Noise => z.exp(),
+                NoiseLevelKind::Rate => z.exp_m1().sqrt(),
             }
     }
 
     /// The z of a level.
     pub(in crate::filter) fn variable(&self, level: f64) -> f64 {
         match self.kind {
-            Kind::Noise => (level / self.unit).ln(),
-            Kind::Rate => (level / self.unit).powi(2).ln_1p(),
+            NoiseLevelKind::Noise => (level / self.unit).ln(),
+            NoiseLevelKind::Rate => (level / self.unit).powi(2).ln_1p(),
         }
     }
 
     /// ∂ ln level/∂z.
     pub(in crate::filter) fn log_slope(&self, z: f64) -> f64 {
         match self.kind {
-            Kind::Noise => 1.0,
-            Kind::Rate => -0.5 / (-z).exp_m1(),
+            NoiseLevelKind::Noise => 1.0,
+            NoiseLevelKind::Rate => -0.5 / (-z).exp_m1(),
         }
     }
 }
@@ -93,7 +93,7 @@ mod tests {
 
     #[test]
     fn variables_and_levels_belong_to_each_other() {
-        for sought in [Sought::noise(0.3, 1e-6, 1e3), Sought::rate(0.3, 1e3)] {
+        for sought in [FreeNoiseLevel::noise(0.3, 1e-6, 1e3), FreeNoiseLevel::rate(0.3, 1e3)] {
             for level in [1e-3, 0.3, 20.0] {
                 let z = sought.variable(level);
                 assert!((sought.level(z) / level - 1.0).abs() < 1e-12, "{sought:?} {level}");
@@ -103,7 +103,7 @@ mod tests {
                 assert!((sought.log_slope(z) / slope - 1.0).abs() < 1e-4, "{sought:?} {level}");
             }
         }
-        let rate = Sought::rate(0.3, 1e3);
+        let rate = FreeNoiseLevel::rate(0.3, 1e3);
         assert_eq!((rate.level(0.0), rate.variable(0.0)), (0.0, 0.0));
     }
 }

@@ -8,21 +8,21 @@ pub(super) mod side_by_side;
 
 use dgd_runtime::model::Model;
 use dgd_runtime::parallel::in_parallel_by_model;
-use dgd_runtime::{Options, Side};
+use dgd_runtime::{LimitSide, Options};
 use nalgebra::{DMatrix, DVector};
 
 use super::error::FilterError;
-use super::estimator::Innovated;
-use super::problem::{FilterProblem, Sample, Tuning, Walk, usual_tuning};
+use super::estimator::RowInnovations;
+use super::problem::{FilterProblem, FilterSample, FilterTuning, RandomWalk, usual_tuning};
 use crate::error::{EstimateError, TrialFailed, TrialFailure, WrongLength};
 use crate::minimise::trust_region::NormalEquations;
 use crate::noise;
 use crate::output_error::prior::Prior;
 use crate::recording::Recording;
-use crate::variables::{Variable, Variables};
-use levels::Sought;
-use prediction_error::{Level, PredictionErrorProblem};
-use side_by_side::{Along, Numbers, filter_side_by_side};
+use crate::variables::{FitVariable, FitVariables};
+use levels::FreeNoiseLevel;
+use prediction_error::{NoiseLevelSource, PredictionErrorProblem};
+use side_by_side::{FilterParameters, RecordingCursor, filter_side_by_side};
 
 /// Step sizes of differences: in scaled parameters and start values, and in variables of levels.
 const STEP: f64 = 1e-3;
@@ -35,7 +35,7 @@ const SMALL_RATE: f64 = 1e-4;
 const MOST_NOISE: f64 = 1e3;
 
 /// Default rates, from the start of the first recording.
-fn usual(problem: &PredictionErrorProblem<'_>) -> Result<Tuning, EstimateError> {
+fn usual(problem: &PredictionErrorProblem<'_>) -> Result<FilterTuning, EstimateError> {
     let Some(recording) = problem.recordings.first() else {
         return Err(EstimateError::NothingMeasured);
     };
@@ -43,18 +43,18 @@ fn usual(problem: &PredictionErrorProblem<'_>) -> Result<Tuning, EstimateError> 
         return Err(EstimateError::NothingMeasured);
     };
     let mut u = vec![0.0; recording.inputs.len()];
-    recording.inputs.value(t, Side::Right, u.as_mut());
+    recording.inputs.value(t, LimitSide::Right, u.as_mut());
     let filter = FilterProblem {
         start: recording.start.clone(),
         options: problem.options,
         ..FilterProblem::new(problem.system, problem.p)
     };
-    let sample = Sample { t, u: u.as_ref(), measured: &[] };
+    let sample = FilterSample { t, u: u.as_ref(), measured: &[] };
     usual_tuning(&filter, sample).map_err(not_filtered)
 }
 
 /// The reason why a trial failed.
-pub(in crate::filter) enum Failed {
+pub(in crate::filter) enum LikelihoodFailure {
     Trial(TrialFailed),
     /// Before any trial: the model cannot be filtered.
     Model(FilterError),
@@ -63,36 +63,38 @@ pub(in crate::filter) enum Failed {
 /// The variables of the search: parameters and start values, rates, noise.
 ///
 /// It does not contain the system, so that threads can share it.
-pub(in crate::filter) struct Search<'p> {
+pub(in crate::filter) struct LikelihoodSearch<'p> {
     pub(in crate::filter) p: &'p [f64],
     pub(in crate::filter) recordings: &'p [Recording],
     /// Given levels.
-    pub(in crate::filter) known_rates: &'p [Level],
-    pub(in crate::filter) known_noise: &'p [Option<Level>],
+    pub(in crate::filter) known_rates: &'p [NoiseLevelSource],
+    pub(in crate::filter) known_noise: &'p [Option<NoiseLevelSource>],
     pub(in crate::filter) priors: &'p [Prior],
     pub(in crate::filter) options: Options,
-    pub(in crate::filter) variables: Variables,
+    pub(in crate::filter) variables: FitVariables,
     pub(in crate::filter) first: Vec<f64>,
     /// For each state and each used output, its level if it is estimated.
-    pub(in crate::filter) rates: Vec<Option<Sought>>,
-    pub(in crate::filter) noise: Vec<Option<Sought>>,
+    pub(in crate::filter) rates: Vec<Option<FreeNoiseLevel>>,
+    pub(in crate::filter) noise: Vec<Option<FreeNoiseLevel>>,
     /// Reference σ for ln det S, so that it is not negative.
     pub(in crate::filter) least: Vec<f64>,
 }
 
-impl<'p> Search<'p> {
+impl<'p> LikelihoodSearch<'p> {
     pub(in crate::filter) fn new(
         problem: &'p PredictionErrorProblem<'_>,
     ) -> Result<Self, EstimateError> {
         let PredictionErrorProblem { system, p, free, recordings, .. } = problem;
-        let (variables, first) = Variables::new(*system, p, recordings, free)?;
+        let (variables, first) = FitVariables::new(*system, p, recordings, free)?;
         let usual = usual(problem)?;
         WrongLength::verify("rates of states", problem.rates.len(), usual.states.len())?;
         let mut rates = Vec::with_capacity(problem.rates.len());
         for (level, walk) in problem.rates.iter().zip(&usual.states) {
             rates.push(match level {
-                Level::Known(_) | Level::Parameter(_) => None,
-                Level::Estimated => Some(Sought::rate(walk.rate, MOST_RATE * walk.rate)),
+                NoiseLevelSource::Known(_) | NoiseLevelSource::Parameter(_) => None,
+                NoiseLevelSource::Estimated => {
+                    Some(FreeNoiseLevel::rate(walk.rate, MOST_RATE * walk.rate))
+                }
             });
         }
         let (mut noise, mut least) = (Vec::new(), Vec::new());
@@ -101,19 +103,19 @@ impl<'p> Search<'p> {
             let lowest =
                 noise::least(recordings, i, problem.options.rtol.max(1e-6), output.unit.factor);
             least.push(match level {
-                Some(Level::Known(sigma)) => *sigma,
-                Some(Level::Estimated | Level::Parameter(_)) | None => lowest,
+                Some(NoiseLevelSource::Known(sigma)) => *sigma,
+                Some(NoiseLevelSource::Estimated | NoiseLevelSource::Parameter(_)) | None => lowest,
             });
             noise.push(match level {
-                Some(Level::Estimated) => {
+                Some(NoiseLevelSource::Estimated) => {
                     let scatter = noise::scatter(recordings, i).unwrap_or(lowest).max(lowest);
-                    Some(Sought::noise(scatter, lowest, MOST_NOISE * scatter))
+                    Some(FreeNoiseLevel::noise(scatter, lowest, MOST_NOISE * scatter))
                 }
-                Some(Level::Known(sigma)) if !(*sigma > 0.0 && sigma.is_finite()) => {
+                Some(NoiseLevelSource::Known(sigma)) if !(*sigma > 0.0 && sigma.is_finite()) => {
                     let output = output.name.to_string();
                     return Err(EstimateError::Noise { output, sigma: *sigma });
                 }
-                Some(Level::Known(_) | Level::Parameter(_)) | None => None,
+                Some(NoiseLevelSource::Known(_) | NoiseLevelSource::Parameter(_)) | None => None,
             });
         }
         let mut search = Self {
@@ -130,25 +132,25 @@ impl<'p> Search<'p> {
             least,
         };
         search.tell_from_none(*system, problem.threads);
-        let first: Vec<f64> = search.levels().map(Sought::first).collect();
+        let first: Vec<f64> = search.levels().map(FreeNoiseLevel::first).collect();
         search.first.extend(first);
         Ok(search)
     }
 
     /// Estimated levels: rates, then noise.
-    fn levels(&self) -> impl Iterator<Item = &Sought> {
+    fn levels(&self) -> impl Iterator<Item = &FreeNoiseLevel> {
         self.rates.iter().chain(&self.noise).flatten()
     }
 
     /// Limit on a step in each variable.
     pub(in crate::filter) fn reach(&self) -> Vec<f64> {
-        let of_levels = self.levels().map(Sought::reach);
-        self.variables.all.iter().map(Variable::reach).chain(of_levels).collect()
+        let of_levels = self.levels().map(FreeNoiseLevel::reach);
+        self.variables.all.iter().map(FitVariable::reach).chain(of_levels).collect()
     }
 
     pub(in crate::filter) fn bounds(&self) -> Vec<(f64, f64)> {
-        let of_levels = self.levels().map(Sought::bounds);
-        self.variables.all.iter().map(Variable::bounds).chain(of_levels).collect()
+        let of_levels = self.levels().map(FreeNoiseLevel::bounds);
+        self.variables.all.iter().map(FitVariable::bounds).chain(of_levels).collect()
     }
 
     /// Sets the unit of each rate to the one that differs from zero by one standard deviation at the start of the
@@ -167,7 +169,7 @@ impl<'p> Search<'p> {
         }
         let mut none = self.first.clone();
         none.resize(none.len() + n_rates, 0.0);
-        none.extend(self.noise.iter().flatten().map(Sought::first));
+        none.extend(self.noise.iter().flatten().map(FreeNoiseLevel::first));
         let mut points = vec![none.clone()];
         let small = self.rates.iter().flatten().map(|sought| sought.variable(sought.unit));
         for (i, small) in small.enumerate() {
@@ -199,21 +201,23 @@ impl<'p> Search<'p> {
     }
 
     /// Rates and noise at z.
-    pub(in crate::filter) fn tuning(&self, z: &[f64]) -> Tuning {
+    pub(in crate::filter) fn tuning(&self, z: &[f64]) -> FilterTuning {
         let p = self.variables.parameters(self.p, z);
         let mut levels = z[self.variables.len()..].iter();
-        let mut level = |sought: &Option<Sought>, known: Level| match (sought, known) {
-            (Some(sought), _) => sought.level(levels.next().copied().unwrap_or(0.0)),
-            (None, Level::Known(value)) => value,
-            (None, Level::Parameter(i)) => p[i],
-            (None, Level::Estimated) => 0.0,
-        };
+        let mut level =
+            |sought: &Option<FreeNoiseLevel>, known: NoiseLevelSource| match (sought, known) {
+                (Some(sought), _) => sought.level(levels.next().copied().unwrap_or(0.0)),
+                (None, NoiseLevelSource::Known(value)) => value,
+                (None, NoiseLevelSource::Parameter(i)) => p[i],
+                (None, NoiseLevelSource::Estimated) => 0.0,
+            };
         let rates = self.rates.iter().zip(self.known_rates);
-        let states = rates.map(|(sought, known)| Walk { start: 0.0, rate: level(sought, *known) });
+        let states =
+            rates.map(|(sought, known)| RandomWalk { start: 0.0, rate: level(sought, *known) });
         let states = states.collect();
         let noise = self.noise.iter().zip(self.known_noise);
         let noise = noise.map(|(sought, known)| known.map(|known| level(sought, known))).collect();
-        Tuning { states, parameters: Vec::new(), noise }
+        FilterTuning { states, parameters: Vec::new(), noise }
     }
 
     /// −2 ln L less a constant; with its derivatives if it is below `least`, otherwise with zeros because no step
@@ -224,10 +228,10 @@ impl<'p> Search<'p> {
         threads: usize,
         z: &[f64],
         least: f64,
-    ) -> Result<NormalEquations, Failed> {
+    ) -> Result<NormalEquations, LikelihoodFailure> {
         let bounds = self.bounds();
         if least.is_finite() {
-            let value = self.sum(system, threads, z, |_| Differences::none(z))?;
+            let value = self.sum(system, threads, z, |_| DifferencePoints::none(z))?;
             if value.cost >= least || value.cost.is_nan() {
                 return Ok(value);
             }
@@ -241,10 +245,10 @@ impl<'p> Search<'p> {
         system: &dyn Model,
         threads: usize,
         z: &[f64],
-        differences: impl Fn(usize) -> Differences + Sync,
-    ) -> Result<NormalEquations, Failed> {
+        differences: impl Fn(usize) -> DifferencePoints + Sync,
+    ) -> Result<NormalEquations, LikelihoodFailure> {
         let contributions = self.of_recordings(system, threads, |system, r, threads| {
-            let Differences { points, weights } = differences(r);
+            let DifferencePoints { points, weights } = differences(r);
             let mut sum = NormalEquations::zeros(z.len());
             self.filter(system, r, &points, threads, |row| self.add(&mut sum, row, &weights))?;
             Ok(sum)
@@ -285,16 +289,16 @@ impl<'p> Search<'p> {
         r: usize,
         points: &[Vec<f64>],
         threads: usize,
-        take: impl FnMut(&[&Innovated]),
-    ) -> Result<(), Failed> {
+        take: impl FnMut(&[&RowInnovations]),
+    ) -> Result<(), LikelihoodFailure> {
         let recording = &self.recordings[r];
-        let numbers = |z: &Vec<f64>| Numbers {
+        let numbers = |z: &Vec<f64>| FilterParameters {
             p: self.variables.parameters(self.p, z),
             start: self.variables.starts(r, &recording.start, z),
             tuning: self.tuning(z),
         };
-        let filters: Vec<Numbers> = points.iter().map(numbers).collect();
-        let along = Along { recording, position: r, options: self.options };
+        let filters: Vec<FilterParameters> = points.iter().map(numbers).collect();
+        let along = RecordingCursor { recording, position: r, options: self.options };
         filter_side_by_side(system, along, &filters, threads, take)
     }
 
@@ -309,13 +313,13 @@ impl<'p> Search<'p> {
     }
 
     /// Differences with respect to the variables that affect a recording.
-    fn differences(&self, r: usize, z: &[f64], bounds: &[(f64, f64)]) -> Differences {
+    fn differences(&self, r: usize, z: &[f64], bounds: &[(f64, f64)]) -> DifferencePoints {
         // Start values of other recordings do not affect this one.
         let is_relevant = |j: usize| match self.variables.all.get(j) {
             Some(variable) => variable.recording.is_none_or(|of| of == r),
             None => true,
         };
-        let mut differences = Differences::none(z);
+        let mut differences = DifferencePoints::none(z);
         for j in (0..z.len()).filter(|j| is_relevant(*j)) {
             let h = if j < self.variables.len() { STEP * z[j].abs().max(1.0) } else { LEVEL_STEP };
             let (low, high) = bounds[j];
@@ -328,10 +332,10 @@ impl<'p> Search<'p> {
     fn add(
         &self,
         sum: &mut NormalEquations,
-        row: &[&Innovated],
+        row: &[&RowInnovations],
         weights: &[(usize, Vec<(usize, f64)>)],
     ) {
-        let Innovated { outputs, epsilon, root } = row[0];
+        let RowInnovations { outputs, epsilon, root } = row[0];
         let m = outputs.len();
         if m == 0 {
             return;
@@ -368,14 +372,14 @@ impl<'p> Search<'p> {
 }
 
 /// Points around z, and the derivatives as weighted sums over these points.
-struct Differences {
+struct DifferencePoints {
     /// z, then others.
     points: Vec<Vec<f64>>,
     /// Variables, each with the points and weights of its derivative.
     weights: Vec<(usize, Vec<(usize, f64)>)>,
 }
 
-impl Differences {
+impl DifferencePoints {
     /// No derivatives.
     fn none(z: &[f64]) -> Self {
         Self { points: vec![z.to_vec()], weights: Vec::new() }
@@ -410,7 +414,7 @@ impl Differences {
     }
 }
 
-impl Innovated {
+impl RowInnovations {
     /// S.
     fn covariance(&self) -> DMatrix<f64> {
         &self.root * self.root.transpose()
@@ -452,31 +456,31 @@ pub(in crate::filter) fn counting_rows(
     })
 }
 
-impl Failed {
+impl LikelihoodFailure {
     /// The error if the starting point of the search fails.
     pub(in crate::filter) fn at_start(self) -> EstimateError {
         match self {
-            Failed::Trial(failed) => EstimateError::Start(failed),
-            Failed::Model(FilterError::Free(error)) => error,
-            Failed::Model(error) => EstimateError::NotFiltered(Box::new(error)),
+            LikelihoodFailure::Trial(failed) => EstimateError::Start(failed),
+            LikelihoodFailure::Model(FilterError::Free(error)) => error,
+            LikelihoodFailure::Model(error) => EstimateError::NotFiltered(Box::new(error)),
         }
     }
 
-    pub(in crate::filter) fn of(error: FilterError, recording: usize) -> Self {
+    pub(in crate::filter) fn from_error(error: FilterError, recording: usize) -> Self {
         match error {
             FilterError::Start(error) => {
                 let reason = TrialFailure::Simulation(error);
-                Failed::Trial(TrialFailed { recording, reason })
+                LikelihoodFailure::Trial(TrialFailed { recording, reason })
             }
             FilterError::Stuck { failure: reason, .. } => {
-                Failed::Trial(TrialFailed { recording, reason })
+                LikelihoodFailure::Trial(TrialFailed { recording, reason })
             }
-            error => Failed::Model(error),
+            error => LikelihoodFailure::Model(error),
         }
     }
 }
 
 /// A model that cannot be filtered, as an error of estimation.
 fn not_filtered(error: FilterError) -> EstimateError {
-    Failed::of(error, 0).at_start()
+    LikelihoodFailure::from_error(error, 0).at_start()
 }

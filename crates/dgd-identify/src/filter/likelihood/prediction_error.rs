@@ -26,21 +26,21 @@ use dgd_runtime::model::Model;
 use dgd_runtime::{Options, Signature};
 use nalgebra::DMatrix;
 
-use super::levels::Sought;
+use super::levels::FreeNoiseLevel;
 use super::secant::Secant;
-use super::{Failed, Search, counting_rows};
+use super::{LikelihoodFailure, LikelihoodSearch, counting_rows};
 use crate::error::{EstimateError, verify_lengths};
-use crate::filter::estimator::{Filter, Row};
-use crate::filter::problem::{FilterProblem, Tuning, Walk, states_of};
+use crate::filter::estimator::{RunningFilter, TrackedRow};
+use crate::filter::problem::{FilterProblem, FilterTuning, RandomWalk, states_of};
 use crate::minimise::trust_region::{
-    Minimum, NormalEquations, Region, StoppingRule, Termination, minimise_watched,
+    Minimum, NormalEquations, StoppingRule, Termination, VariableRegion, minimise_watched,
 };
 use crate::output_error::prior::Prior;
 use crate::output_error::{NEGLIGIBLE_REDUCTION, Starts};
-use crate::progress::{Of, Progress, Unwatched, Watch};
+use crate::progress::{Monitor, NoMonitor, Progress, Total};
 use crate::recording::Recording;
-use crate::uncertainty::{Estimate, Uncertainty, Undetermined};
-use crate::variables::Bound;
+use crate::uncertainty::{ParameterEstimate, Uncertainty, UndeterminedDirection};
+use crate::variables::BoundReached;
 
 /// Eigenvalues of the information below this fraction of the largest count as zero: differences are accurate to about a
 /// thousandth, and enter squared.
@@ -51,7 +51,7 @@ const KNOWN: f64 = 1e-4;
 
 /// The source of a noise level.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Level {
+pub enum NoiseLevelSource {
     /// A known value, SI.
     Known(f64),
     /// An estimate.
@@ -73,9 +73,9 @@ pub struct PredictionErrorProblem<'a> {
     /// The recordings. Of two rows with the same time the second counts.
     pub recordings: &'a [Recording],
     /// For each unknown that is differential in some mode, its process noise, SI/√s.
-    pub rates: Vec<Level>,
+    pub rates: Vec<NoiseLevelSource>,
     /// For each output, the standard deviation of its noise, SI; `None` if it is not used.
-    pub noise: Vec<Option<Level>>,
+    pub noise: Vec<Option<NoiseLevelSource>>,
     /// The priors.
     pub priors: Vec<Prior>,
     /// Integrator options. Differences need a tight tolerance.
@@ -85,7 +85,7 @@ pub struct PredictionErrorProblem<'a> {
     /// Number of recordings filtered in parallel. Results do not depend on it.
     pub threads: usize,
     /// Progress and cancellation.
-    pub watch: &'a dyn Watch,
+    pub watch: &'a dyn Monitor,
 }
 
 impl<'a> PredictionErrorProblem<'a> {
@@ -99,13 +99,13 @@ impl<'a> PredictionErrorProblem<'a> {
             p,
             free: vec![true; signature.directions.len()],
             recordings,
-            rates: vec![Level::Estimated; states],
-            noise: vec![Some(Level::Estimated); signature.outputs.len()],
+            rates: vec![NoiseLevelSource::Estimated; states],
+            noise: vec![Some(NoiseLevelSource::Estimated); signature.outputs.len()],
             priors: Vec::new(),
             options: Options { rtol: 1e-8, atol: 1e-8, ..Options::default() },
             stopping: StoppingRule { reduction: 1e-11, ..StoppingRule::default() },
             threads: 1,
-            watch: &Unwatched,
+            watch: &NoMonitor,
         }
     }
 
@@ -125,7 +125,7 @@ pub struct LevelEstimate {
     /// Standard deviation of its logarithm; `None` if it was given, is at a bound, or is not determined.
     pub log_std: Option<f64>,
     /// The bound that was reached; the lower one means that the data shows no noise.
-    pub at_bound: Option<Bound>,
+    pub at_bound: Option<BoundReached>,
 }
 
 /// The result of a prediction error estimation.
@@ -136,10 +136,10 @@ pub struct PredictionError {
     /// Start values that replace the model's, for each recording.
     pub starts: Vec<Starts>,
     /// The estimates: parameters, then the start values of each recording.
-    pub estimates: Vec<Estimate>,
+    pub estimates: Vec<ParameterEstimate>,
     /// Changes of the estimates that do not affect the innovations. Positions from `estimates.len()` on are noise
     /// levels, rates first.
-    pub undetermined: Vec<Undetermined>,
+    pub undetermined: Vec<UndeterminedDirection>,
     /// Process noise of each unknown that is differential in some mode, SI/√s.
     pub rates: Vec<LevelEstimate>,
     /// Standard deviation of each output's noise, SI.
@@ -188,7 +188,7 @@ pub fn prediction_error(
     let signature = problem.system.signature();
     let PredictionErrorProblem { p, free, recordings, noise, .. } = problem;
     verify_lengths(signature, p, free, recordings, noise.len())?;
-    let search = Search::new(problem)?;
+    let search = LikelihoodSearch::new(problem)?;
     let mut z = search.first.clone();
     if z.is_empty() {
         return Err(EstimateError::NothingFree);
@@ -205,10 +205,10 @@ pub fn prediction_error(
         *z = z.clamp(*low, *high);
     }
     let minimum = minimised(&search, problem, z, &bounds, &problem.stopping, |done| {
-        let limit = Of::AtMost(problem.stopping.evaluations + 1);
+        let limit = Total::AtMost(problem.stopping.evaluations + 1);
         problem.watch.advanced(Progress { what: "evaluations", done, of: limit });
     });
-    let minimum = minimum.map_err(Failed::at_start)?;
+    let minimum = minimum.map_err(LikelihoodFailure::at_start)?;
     Ok(PredictionError {
         samples,
         iterations: minimum.iterations,
@@ -224,13 +224,13 @@ pub fn prediction_error(
 ///
 /// If the model cannot be filtered at `z`.
 pub(in crate::filter) fn minimised(
-    search: &Search<'_>,
+    search: &LikelihoodSearch<'_>,
     problem: &PredictionErrorProblem<'_>,
     z: Vec<f64>,
     bounds: &[(f64, f64)],
     stopping: &StoppingRule,
     told: impl Fn(usize),
-) -> Result<Minimum<Evaluated, Failed>, Failed> {
+) -> Result<Minimum<EvaluatedLikelihood, LikelihoodFailure>, LikelihoodFailure> {
     let (mut done, mut least) = (0, f64::INFINITY);
     let mut secant = Secant::new(z.len());
     let mut evaluate = |z: &[f64]| {
@@ -244,7 +244,7 @@ pub(in crate::filter) fn minimised(
             let hessian = secant.hessian(z, &normal);
             information = std::mem::replace(&mut normal.information, hessian);
         }
-        Ok(Evaluated { normal, information })
+        Ok(EvaluatedLikelihood { normal, information })
     };
     let first = evaluate(&z)?;
     // Costs during the search are lower than the first.
@@ -252,24 +252,24 @@ pub(in crate::filter) fn minimised(
     let accuracy = stopping.accuracy.max(KNOWN / first.normal.cost);
     let rule = StoppingRule { reduction, accuracy, ..*stopping };
     let reach = search.reach();
-    let region = Region { bounds, reach: &reach, leading: search.variables.n_shared };
+    let region = VariableRegion { bounds, reach: &reach, leading: search.variables.n_shared };
     Ok(minimise_watched(z, first, region, &rule, problem.watch, evaluate))
 }
 
 /// The likelihood at a point, with its Hessian in place of the information.
-pub(in crate::filter) struct Evaluated {
+pub(in crate::filter) struct EvaluatedLikelihood {
     normal: NormalEquations,
     information: DMatrix<f64>,
 }
 
-impl Evaluated {
+impl EvaluatedLikelihood {
     /// −2 ln L less a constant.
     pub(in crate::filter) fn cost(&self) -> f64 {
         self.normal.cost
     }
 }
 
-impl AsRef<NormalEquations> for Evaluated {
+impl AsRef<NormalEquations> for EvaluatedLikelihood {
     fn as_ref(&self) -> &NormalEquations {
         &self.normal
     }
@@ -290,29 +290,30 @@ pub fn predictions(
     problem: &PredictionErrorProblem<'_>,
     found: &PredictionError,
     starts: &[Starts],
-) -> Result<Vec<Vec<Row>>, EstimateError> {
+) -> Result<Vec<Vec<TrackedRow>>, EstimateError> {
     assert_eq!(starts.len(), problem.recordings.len(), "starts of all recordings");
-    let walk = |rate: &LevelEstimate| Walk { start: 0.0, rate: rate.value };
-    let tuning = Tuning {
+    let walk = |rate: &LevelEstimate| RandomWalk { start: 0.0, rate: rate.value };
+    let tuning = FilterTuning {
         states: found.rates.iter().map(walk).collect(),
         parameters: Vec::new(),
         noise: found.noise.iter().map(|noise| noise.map(|noise| noise.value)).collect(),
     };
     let along = |(r, (recording, start)): (usize, (&Recording, &Starts))| {
-        let failed = |error| Failed::of(error, r).at_start();
+        let failed = |error| LikelihoodFailure::from_error(error, r).at_start();
         let filter = FilterProblem {
             free: vec![false; problem.free.len()],
             start: start.clone(),
             options: problem.options,
             ..FilterProblem::new(problem.system, &found.p)
         };
-        let mut rows: Vec<Row> = Vec::with_capacity(recording.times.len());
+        let mut rows: Vec<TrackedRow> = Vec::with_capacity(recording.times.len());
         let mut under_way = None;
         for (k, measured) in counting_rows(recording) {
             let (t, inputs) = (recording.times[k], &recording.inputs);
             let row = match &mut under_way {
                 None => {
-                    let begun = Filter::begin_recorded(&filter, &tuning, inputs, t, &measured);
+                    let begun =
+                        RunningFilter::begin_recorded(&filter, &tuning, inputs, t, &measured);
                     let (begun, row) = begun.map_err(failed)?;
                     under_way = Some(begun);
                     row
@@ -340,16 +341,21 @@ fn samples_of(recordings: &[Recording], output: usize) -> usize {
     recordings.iter().map(of_recording).sum()
 }
 
-impl Search<'_> {
+impl LikelihoodSearch<'_> {
     /// The result at z.
-    fn finish(&self, z: &[f64], at: &Evaluated, signature: &Signature) -> PredictionError {
+    fn finish(
+        &self,
+        z: &[f64],
+        at: &EvaluatedLikelihood,
+        signature: &Signature,
+    ) -> PredictionError {
         let bounds = self.bounds();
-        let reached: Vec<Option<Bound>> = z
+        let reached: Vec<Option<BoundReached>> = z
             .iter()
             .zip(&bounds)
             .map(|(z, (low, high))| match z {
-                z if z <= low => Some(Bound::Lower),
-                z if z >= high => Some(Bound::Upper),
+                z if z <= low => Some(BoundReached::Lower),
+                z if z >= high => Some(BoundReached::Upper),
                 _ => None,
             })
             .collect();
@@ -360,7 +366,7 @@ impl Search<'_> {
         let slopes: Vec<f64> =
             variables.iter().zip(z).map(|(variable, z)| variable.slope(*z)).collect();
         let estimates = (0..variables.len())
-            .map(|i| Estimate {
+            .map(|i| ParameterEstimate {
                 name: self.variables.name(signature, i),
                 of: variables[i].of,
                 recording: variables[i].recording,
@@ -371,7 +377,7 @@ impl Search<'_> {
             .collect();
         let tuning = self.tuning(z);
         let mut position = variables.len();
-        let mut level = |value: f64, sought: &Option<Sought>| {
+        let mut level = |value: f64, sought: &Option<FreeNoiseLevel>| {
             let Some(sought) = sought else {
                 return LevelEstimate { value, log_std: None, at_bound: None };
             };

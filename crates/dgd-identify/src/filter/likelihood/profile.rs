@@ -3,14 +3,14 @@
 
 use std::cell::Cell;
 
-use super::Search;
+use super::LikelihoodSearch;
 use super::prediction_error::{PredictionError, PredictionErrorProblem, minimised};
 use crate::error::EstimateError;
-use crate::intervals::along::{HeldMinimum, Way, one_by_one};
+use crate::intervals::along::{HeldMinimum, ProfilePath, one_by_one};
 use crate::intervals::profile::{FAR, FAR_LOGARITHM, Profile};
 use crate::minimise::trust_region::StoppingRule;
 use crate::output_error::NEGLIGIBLE_REDUCTION;
-use crate::variables::Scale;
+use crate::variables::VariableScale;
 
 /// A deviance is accurate enough if steps gain less than this: its threshold is 3.8.
 const NEGLIGIBLE: f64 = 1e-4;
@@ -33,26 +33,26 @@ pub fn prediction_error_profiles(
     found: &PredictionError,
     estimates: &[usize],
 ) -> Result<Vec<Profile>, EstimateError> {
-    let search = Search::new(problem)?;
+    let search = LikelihoodSearch::new(problem)?;
     assert_eq!(search.first.len(), found.z.len(), "what was found is of the problem");
     let least = match search.better(problem.system, problem.threads, &found.z, f64::INFINITY) {
         Ok(at) => at.cost,
         Err(_) if problem.watch.is_stopped() => return Ok(Vec::new()),
         Err(failed) => return Err(failed.at_start()),
     };
-    let along = Along { problem, search, found, least };
+    let along = LikelihoodProfile { problem, search, found, least };
     Ok(one_by_one(estimates, problem.watch, |j| along.profile(j)))
 }
 
 /// The profile along an estimate.
-struct Along<'a, 'p> {
+struct LikelihoodProfile<'a, 'p> {
     problem: &'a PredictionErrorProblem<'p>,
-    search: Search<'a>,
+    search: LikelihoodSearch<'a>,
     found: &'a PredictionError,
     least: f64,
 }
 
-impl Along<'_, '_> {
+impl LikelihoodProfile<'_, '_> {
     fn profile(&self, j: usize) -> Profile {
         let Self { problem, search, found, .. } = self;
         let variables = &search.variables.all;
@@ -62,12 +62,12 @@ impl Along<'_, '_> {
             |i: usize, z: f64| variables.get(i).map_or(z, |variable| variable.value(z));
         let size = |(i, z): (usize, &f64)| variables.get(i).map_or(1.0, |v| v.slope(*z).abs());
         let sizes: Vec<f64> = centre.iter().enumerate().map(size).collect();
-        let way = Way {
+        let way = ProfilePath {
             i: j,
             bounds: variables[j].bounds(),
             reach: match variables[j].scale {
-                Scale::Linear(_) => FAR * centre[j].abs().max(1.0),
-                Scale::Logarithm => FAR_LOGARITHM,
+                VariableScale::Linear(_) => FAR * centre[j].abs().max(1.0),
+                VariableScale::Logarithm => FAR_LOGARITHM,
             },
             std: found.estimates[j].std.map(|std| std / sizes[j]),
             centre,

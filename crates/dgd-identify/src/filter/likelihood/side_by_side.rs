@@ -9,10 +9,10 @@ use dgd_runtime::Options;
 use dgd_runtime::model::Model;
 use dgd_runtime::parallel::threads_for;
 
-use super::{Failed, counting_rows};
+use super::{LikelihoodFailure, counting_rows};
 use crate::error::TrialFailed;
-use crate::filter::estimator::{Filter, Innovated};
-use crate::filter::problem::{Estimator, FilterProblem, Tuning};
+use crate::filter::estimator::{RowInnovations, RunningFilter};
+use crate::filter::problem::{FilterAlgorithm, FilterProblem, FilterTuning};
 use crate::output_error::Starts;
 use crate::recording::Recording;
 
@@ -20,15 +20,15 @@ use crate::recording::Recording;
 const STRETCH: usize = 256;
 
 /// The parameters of one filter.
-pub(in crate::filter) struct Numbers {
+pub(in crate::filter) struct FilterParameters {
     pub p: Vec<f64>,
     pub start: Starts,
-    pub tuning: Tuning,
+    pub tuning: FilterTuning,
 }
 
 /// A recording, its position, and the integrator options.
 #[derive(Clone, Copy)]
-pub(in crate::filter) struct Along<'a> {
+pub(in crate::filter) struct RecordingCursor<'a> {
     pub recording: &'a Recording,
     pub position: usize,
     pub options: Options,
@@ -36,9 +36,9 @@ pub(in crate::filter) struct Along<'a> {
 
 /// Innovations of some filters over a stretch: for each filter, row by row. The first row in which a filter failed ends
 /// it, with the position of the filter.
-struct Stretch {
-    innovated: Vec<Vec<Innovated>>,
-    failed: Option<(usize, usize, Failed)>,
+struct InnovationStretch {
+    innovated: Vec<Vec<RowInnovations>>,
+    failed: Option<(usize, usize, LikelihoodFailure)>,
 }
 
 /// Passes the innovations of all filters to `take`, row by row.
@@ -48,11 +48,11 @@ struct Stretch {
 /// The first row that cannot be filtered; if several filters fail there, the error of the first.
 pub(in crate::filter) fn filter_side_by_side(
     system: &dyn Model,
-    along: Along<'_>,
-    all: &[Numbers],
+    along: RecordingCursor<'_>,
+    all: &[FilterParameters],
     threads: usize,
-    mut take: impl FnMut(&[&Innovated]),
-) -> Result<(), Failed> {
+    mut take: impl FnMut(&[&RowInnovations]),
+) -> Result<(), LikelihoodFailure> {
     let share = all.len().div_ceil(threads_for(threads, all.len()));
     if share >= all.len() {
         let mut outcome = Ok(());
@@ -77,7 +77,7 @@ pub(in crate::filter) fn filter_side_by_side(
             })
             .collect();
         loop {
-            let together: Vec<Stretch> =
+            let together: Vec<InnovationStretch> =
                 stretches.iter().filter_map(|stretch| stretch.recv().ok()).collect();
             if together.is_empty() {
                 return Ok(());
@@ -88,9 +88,12 @@ pub(in crate::filter) fn filter_side_by_side(
 }
 
 /// Processes a stretch of all filters.
-fn look(stretches: Vec<Stretch>, take: &mut impl FnMut(&[&Innovated])) -> Result<(), Failed> {
+fn look(
+    stretches: Vec<InnovationStretch>,
+    take: &mut impl FnMut(&[&RowInnovations]),
+) -> Result<(), LikelihoodFailure> {
     let (mut of_all, mut first) = (Vec::new(), None);
-    for Stretch { innovated, failed } in stretches {
+    for InnovationStretch { innovated, failed } in stretches {
         of_all.extend(innovated);
         let Some((row, filter, failed)) = failed else { continue };
         if first.as_ref().is_none_or(|(least, _, _)| row < *least) {
@@ -102,7 +105,7 @@ fn look(stretches: Vec<Stretch>, take: &mut impl FnMut(&[&Innovated])) -> Result
     }
     let rows = of_all.first().map_or(0, Vec::len);
     for k in 0..rows {
-        let row: Vec<&Innovated> = of_all.iter().map(|innovated| &innovated[k]).collect();
+        let row: Vec<&RowInnovations> = of_all.iter().map(|innovated| &innovated[k]).collect();
         take(&row);
     }
     Ok(())
@@ -111,12 +114,12 @@ fn look(stretches: Vec<Stretch>, take: &mut impl FnMut(&[&Innovated])) -> Result
 /// Runs filters through a recording and sends each stretch until the receiver is gone.
 fn filter_some(
     system: &dyn Model,
-    along: Along<'_>,
+    along: RecordingCursor<'_>,
     first: usize,
-    some: &[Numbers],
-    mut tell: impl FnMut(Stretch) -> bool,
+    some: &[FilterParameters],
+    mut tell: impl FnMut(InnovationStretch) -> bool,
 ) {
-    let Along { recording, position, options } = along;
+    let RecordingCursor { recording, position, options } = along;
     let n_directions = system.signature().directions.len();
     let problems: Vec<FilterProblem<'_>> = some
         .iter()
@@ -125,19 +128,20 @@ fn filter_some(
             p: &numbers.p,
             free: vec![false; n_directions],
             start: numbers.start.clone(),
-            estimator: Estimator::ExtendedKalman,
+            estimator: FilterAlgorithm::ExtendedKalman,
             gate: None,
             options,
         })
         .collect();
-    let mut filters: Vec<Option<Filter<'_>>> = some.iter().map(|_| None).collect();
+    let mut filters: Vec<Option<RunningFilter<'_>>> = some.iter().map(|_| None).collect();
     let mut rows = counting_rows(recording);
     loop {
         let stretch: Vec<(usize, Vec<f64>)> = rows.by_ref().take(STRETCH).collect();
         if stretch.is_empty() {
             return;
         }
-        let mut result = Stretch { innovated: Vec::with_capacity(some.len()), failed: None };
+        let mut result =
+            InnovationStretch { innovated: Vec::with_capacity(some.len()), failed: None };
         for (i, filter) in filters.iter_mut().enumerate() {
             // Rows after a failure are ignored.
             let until = result.failed.as_ref().map_or(stretch.len(), |(row, _, _)| *row);
@@ -148,7 +152,7 @@ fn filter_some(
                     filter.advance(inputs, t, measured)
                 } else {
                     let (problem, tuning) = (&problems[i], &some[i].tuning);
-                    let begun = Filter::begin_recorded(problem, tuning, inputs, t, measured);
+                    let begun = RunningFilter::begin_recorded(problem, tuning, inputs, t, measured);
                     begun.map(|(begun, row)| {
                         *filter = Some(begun);
                         row
@@ -156,16 +160,16 @@ fn filter_some(
                 };
                 // A row in which the model could not be evaluated invalidates the likelihood.
                 let failure = match moved {
-                    Err(error) => Some(Failed::of(error, position)),
-                    Ok(row) => row
-                        .failure
-                        .map(|reason| Failed::Trial(TrialFailed { recording: position, reason })),
+                    Err(error) => Some(LikelihoodFailure::from_error(error, position)),
+                    Ok(row) => row.failure.map(|reason| {
+                        LikelihoodFailure::Trial(TrialFailed { recording: position, reason })
+                    }),
                 };
                 if let Some(failure) = failure {
                     result.failed = Some((row, first + i, failure));
                     break;
                 }
-                innovated.extend(filter.as_mut().map(Filter::take_innovated));
+                innovated.extend(filter.as_mut().map(RunningFilter::take_innovated));
             }
             result.innovated.push(innovated);
         }

@@ -104,7 +104,7 @@ impl Curvature {
 mod tests {
     use super::*;
 
-    fn at(gradient: &DVector<f64>, information: &DMatrix<f64>) -> NormalEquations {
+    fn equations_at(gradient: &DVector<f64>, information: &DMatrix<f64>) -> NormalEquations {
         NormalEquations {
             gradient: gradient.clone(),
             information: information.clone(),
@@ -122,9 +122,9 @@ mod tests {
         let mut z = DVector::from_column_slice(&[0.0, 0.0]);
         for step in [[0.3, 0.1], [-0.1, -0.5], [0.05, 0.3]] {
             let step = DVector::from_column_slice(&step);
-            let before = at(&(&hessian * &z), &information);
+            let before = equations_at(&(&hessian * &z), &information);
             z += &step;
-            let after = at(&(&hessian * &z), &information);
+            let after = equations_at(&(&hessian * &z), &information);
             curvature.learn(&step, &before, &after);
             curvature.is_used = true;
             let known = curvature.hessian(&after);
@@ -136,7 +136,8 @@ mod tests {
     #[test]
     fn a_gradient_that_misses_residuals_teaches_nothing() {
         let information = DMatrix::from_row_slice(1, 1, &[1.0]);
-        let [first, second] = [1.0, 4.0].map(|g| at(&DVector::from_element(1, g), &information));
+        let [first, second] =
+            [1.0, 4.0].map(|g| equations_at(&DVector::from_element(1, g), &information));
         let mut curvature = Curvature::new(1);
         let step = DVector::from_element(1, 1.0);
         curvature.learn(&step, &first, &NormalEquations { is_whole: false, ..second.clone() });

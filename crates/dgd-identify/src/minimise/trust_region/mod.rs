@@ -17,7 +17,7 @@
 //! Marquardt's diag(JᵀJ), in whose metric those of little influence are carried away, to their bounds and out of the
 //! region where they matter.
 //!
-//! A step in a variable is limited by its reach ([`Region`]): a quadratic model does not apply to a logarithm some
+//! A step in a variable is limited by its reach ([`VariableRegion`]): a quadratic model does not apply to a logarithm some
 //! decades away. It is also limited towards a remote bound: a search that gets there early rarely leaves it again.
 //!
 //! If no variable has any influence, except those at their bounds, the point may or may not be a minimum. If such a
@@ -35,13 +35,13 @@ mod curvature;
 mod problem;
 mod subproblem;
 
-pub use problem::{Minimum, NormalEquations, Region, StoppingRule, Termination};
+pub use problem::{Minimum, NormalEquations, StoppingRule, Termination, VariableRegion};
 
 use nalgebra::DVector;
 
-use crate::progress::{Unwatched, Watch};
+use crate::progress::{Monitor, NoMonitor};
 use curvature::Curvature;
-use subproblem::Quadratic;
+use subproblem::QuadraticModel;
 
 /// The first radius is the length of the step with this damping, relative to diag(JᵀJ).
 const FIRST_DAMPING: f64 = 1e-3;
@@ -85,8 +85,8 @@ pub fn minimise<T: AsRef<NormalEquations>, E>(
     evaluate: impl FnMut(&[f64]) -> Result<T, E>,
 ) -> Minimum<T, E> {
     let reach = vec![f64::INFINITY; x.len()];
-    let region = Region { bounds, reach: &reach, leading: x.len() };
-    minimise_watched(x, at, region, rule, &Unwatched, evaluate)
+    let region = VariableRegion { bounds, reach: &reach, leading: x.len() };
+    minimise_watched(x, at, region, rule, &NoMonitor, evaluate)
 }
 
 /// [`minimise`] with steps of a limited size; `watch` may cancel it before any evaluation.
@@ -97,9 +97,9 @@ pub fn minimise<T: AsRef<NormalEquations>, E>(
 pub fn minimise_watched<T: AsRef<NormalEquations>, E>(
     x: Vec<f64>,
     at: T,
-    region: Region<'_>,
+    region: VariableRegion<'_>,
     rule: &StoppingRule,
-    watch: &dyn Watch,
+    watch: &dyn Monitor,
     mut evaluate: impl FnMut(&[f64]) -> Result<T, E>,
 ) -> Minimum<T, E> {
     assert_eq!(x.len(), region.bounds.len(), "one pair of bounds for each variable");
@@ -107,7 +107,7 @@ pub fn minimise_watched<T: AsRef<NormalEquations>, E>(
     assert_eq!(x.len(), at.as_ref().gradient.len(), "length of the gradient");
     let within = |(x, (low, high)): (&f64, &(f64, f64))| low <= x && x <= high;
     assert!(x.iter().zip(region.bounds).all(within), "the start is within the bounds");
-    let mut search = Search::new(x, at, region, *rule);
+    let mut search = TrustRegionSearch::new(x, at, region, *rule);
     loop {
         search.forget_scale();
         let ended = search.converged().or_else(|| search.advance(watch, &mut evaluate));
@@ -121,8 +121,8 @@ pub fn minimise_watched<T: AsRef<NormalEquations>, E>(
 }
 
 /// A search in progress.
-struct Search<'a, T, E> {
-    region: Region<'a>,
+struct TrustRegionSearch<'a, T, E> {
+    region: VariableRegion<'a>,
     rule: StoppingRule,
     first: Vec<f64>,
     minimum: Minimum<T, E>,
@@ -137,8 +137,8 @@ struct Search<'a, T, E> {
     promise: f64,
 }
 
-impl<'a, T: AsRef<NormalEquations>, E> Search<'a, T, E> {
-    fn new(x: Vec<f64>, at: T, region: Region<'a>, rule: StoppingRule) -> Self {
+impl<'a, T: AsRef<NormalEquations>, E> TrustRegionSearch<'a, T, E> {
+    fn new(x: Vec<f64>, at: T, region: VariableRegion<'a>, rule: StoppingRule) -> Self {
         let n = x.len();
         let minimum = Minimum {
             x: x.clone(),
@@ -182,7 +182,7 @@ impl<'a, T: AsRef<NormalEquations>, E> Search<'a, T, E> {
             return Some(self.or_flat(Termination::Gradient));
         }
         let mut model =
-            Quadratic::new(normal, normal.information.clone(), &self.scale, lower, upper);
+            QuadraticModel::new(normal, normal.information.clone(), &self.scale, lower, upper);
         let mut is_reduced = true;
         let mut is_still = true;
         self.promise = f64::INFINITY;
@@ -208,7 +208,7 @@ impl<'a, T: AsRef<NormalEquations>, E> Search<'a, T, E> {
     /// Tries steps from the current point until one is accepted, or returns the reason why there is none.
     fn advance(
         &mut self,
-        watch: &dyn Watch,
+        watch: &dyn Monitor,
         mut evaluate: impl FnMut(&[f64]) -> Result<T, E>,
     ) -> Option<Termination> {
         let (lower, upper) = self.room(|i, distance| self.stride(i, distance));
@@ -216,7 +216,7 @@ impl<'a, T: AsRef<NormalEquations>, E> Search<'a, T, E> {
         loop {
             let normal = self.minimum.at.as_ref();
             let h = self.curvature.hessian(normal);
-            let model = Quadratic::new(normal, h, &self.scale, lower.clone(), upper.clone());
+            let model = QuadraticModel::new(normal, h, &self.scale, lower.clone(), upper.clone());
             let radius = match self.radius {
                 Some(radius) => Some(radius),
                 None => model.damped(FIRST_DAMPING).map(|step| model.length(&step)),
@@ -288,7 +288,7 @@ impl<'a, T: AsRef<NormalEquations>, E> Search<'a, T, E> {
     /// step gets a new radius.
     fn follow_plain(
         &mut self,
-        watch: &dyn Watch,
+        watch: &dyn Monitor,
         mut evaluate: impl FnMut(&[f64]) -> Result<T, E>,
     ) -> bool {
         let (lower, upper) = self.room(|i, distance| self.stride(i, distance));
@@ -347,7 +347,7 @@ impl<'a, T: AsRef<NormalEquations>, E> Search<'a, T, E> {
 
     /// The termination if no step helps. If steps use JᵀJ + S because it predicts them better, it also decides whether
     /// a reduction remains.
-    fn stalled(&self, model: &Quadratic<'_>) -> Termination {
+    fn stalled(&self, model: &QuadraticModel<'_>) -> Termination {
         let normal = self.normal();
         let promises_nothing = |full: DVector<f64>| {
             normal.promised(&full, &model.h) <= self.rule.reduction * normal.squares()
@@ -413,7 +413,7 @@ fn least_along(before: &NormalEquations, after: &NormalEquations, step: &DVector
 pub(crate) fn is_flat(
     normal: &NormalEquations,
     part: f64,
-    region: Region<'_>,
+    region: VariableRegion<'_>,
     x: &[f64],
     first: &[f64],
 ) -> bool {

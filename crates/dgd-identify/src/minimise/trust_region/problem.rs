@@ -83,7 +83,7 @@ impl Default for StoppingRule {
 
 /// The region of the variables.
 #[derive(Debug, Clone, Copy)]
-pub struct Region<'a> {
+pub struct VariableRegion<'a> {
     /// Bounds of each.
     pub bounds: &'a [(f64, f64)],
     /// Limit on a step in each.
@@ -112,7 +112,7 @@ pub enum Termination {
     Flat,
     /// The allowed evaluations were not enough.
     EvaluationLimit,
-    /// It was cancelled ([`Watch`](crate::Watch)); the result is the best so far.
+    /// It was cancelled ([`Monitor`](crate::Monitor)); the result is the best so far.
     Stopped,
 }
 

@@ -36,7 +36,7 @@ const MOST: usize = 60;
 const SMALLEST: f64 = 1e-16;
 
 /// A quadratic model on a box.
-pub(super) struct Quadratic<'a> {
+pub(super) struct QuadraticModel<'a> {
     pub h: DMatrix<f64>,
     g: &'a DVector<f64>,
     /// Influence of each variable, diag(JᵀJ).
@@ -47,7 +47,7 @@ pub(super) struct Quadratic<'a> {
     upper: DVector<f64>,
 }
 
-impl<'a> Quadratic<'a> {
+impl<'a> QuadraticModel<'a> {
     /// At a point, with the curvature H and the scale D².
     pub(super) fn new(
         normal: &'a NormalEquations,
@@ -172,7 +172,7 @@ mod tests {
 
     const SCALE: [f64; 2] = [2.0, 0.5];
 
-    fn at(g: [f64; 2]) -> NormalEquations {
+    fn equations_at(g: [f64; 2]) -> NormalEquations {
         NormalEquations {
             gradient: DVector::from_row_slice(&g),
             information: DMatrix::from_diagonal(&DVector::from_row_slice(&SCALE)),
@@ -186,17 +186,17 @@ mod tests {
         scale: &'a DVector<f64>,
         lower: [f64; 2],
         upper: [f64; 2],
-    ) -> Quadratic<'a> {
+    ) -> QuadraticModel<'a> {
         let h = DMatrix::from_row_slice(2, 2, &h);
         let (lower, upper) = (DVector::from_row_slice(&lower), DVector::from_row_slice(&upper));
-        Quadratic::new(at, h, scale, lower, upper)
+        QuadraticModel::new(at, h, scale, lower, upper)
     }
 
     /// On a grid of the box and the ellipse nothing is clearly below the step found: with curvature of either sign, a
     /// nearly singular matrix, and with and without active bounds.
     #[test]
     fn no_point_of_box_and_radius_is_lower() {
-        let at = at([-1.0, 0.4]);
+        let at = equations_at([-1.0, 0.4]);
         let scale = DVector::from_row_slice(&SCALE);
         let g = &at.gradient;
         for h in [[2.0, 0.9, 0.9, 0.5], [2.0, 1.0, 1.0, 0.5], [-1.0, 0.3, 0.3, 0.5]] {
@@ -234,7 +234,7 @@ mod tests {
 
     #[test]
     fn a_radius_that_holds_the_minimum_does_not_bind() {
-        let at = at([-1.0, 0.4]);
+        let at = equations_at([-1.0, 0.4]);
         let scale = DVector::from_row_slice(&SCALE);
         let model = quadratic(&at, [2.0, 0.0, 0.0, 0.5], &scale, [-FREE; 2], [FREE; 2]);
         let step = model.within(10.0).expect("finite");

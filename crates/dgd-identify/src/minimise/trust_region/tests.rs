@@ -169,10 +169,10 @@ fn decay(x: &[f64]) -> Vec<(f64, [f64; 1])> {
 
 fn search(reach: f64, start: f64) -> Minimum<NormalEquations, ()> {
     let bounds = [(1e-8_f64.ln(), 1e4_f64.ln())];
-    let region = Region { bounds: &bounds, reach: &[reach], leading: 1 };
+    let region = VariableRegion { bounds: &bounds, reach: &[reach], leading: 1 };
     let first = normal(&decay(&[start]));
     let rule = StoppingRule::default();
-    minimise_watched(vec![start], first, region, &rule, &Unwatched, |x| Ok(normal(&decay(x))))
+    minimise_watched(vec![start], first, region, &rule, &NoMonitor, |x| Ok(normal(&decay(x))))
 }
 
 #[test]

@@ -41,8 +41,8 @@ pub(super) fn fit_by_horizons(problem: &OutputErrorProblem<'_>) -> Result<Fit, E
     let patient = problem;
     let problem = &OutputErrorProblem { options, ..problem.clone() };
     let parts = std::iter::successors(Some(first), |part| Some(LONGER * part));
-    let mut near = Near { p: problem.p.to_vec(), recordings: problem.recordings.to_vec() };
-    let mut spent = Spent::default();
+    let mut near = NextStart { p: problem.p.to_vec(), recordings: problem.recordings.to_vec() };
+    let mut spent = HorizonWork::default();
     for part in parts.take_while(|part| *part < 1.0) {
         let heads: Vec<Recording> =
             near.recordings.iter().map(|recording| beginning(recording, part)).collect();
@@ -84,7 +84,7 @@ fn most_steps(problem: &OutputErrorProblem<'_>) -> usize {
 /// Fits, and refits from points with an additional switch of the model as long as that improves the result.
 fn fit_with_next_switch(
     problem: &OutputErrorProblem<'_>,
-    spent: &mut Spent,
+    spent: &mut HorizonWork,
 ) -> Result<Fit, EstimateError> {
     let mut best = fit(problem)?;
     loop {
@@ -110,13 +110,13 @@ fn fit_with_next_switch(
 }
 
 /// The starting point of the next fit.
-struct Near {
+struct NextStart {
     p: Vec<f64>,
     /// Recordings with the start values found.
     recordings: Vec<Recording>,
 }
 
-impl Near {
+impl NextStart {
     fn go_to(&mut self, found: &Fit) {
         self.p.clone_from(&found.p);
         for (recording, start) in self.recordings.iter_mut().zip(&found.starts) {
@@ -127,13 +127,13 @@ impl Near {
 
 /// Work spent on the fits of horizons.
 #[derive(Default)]
-struct Spent {
+struct HorizonWork {
     iterations: usize,
     evaluations: usize,
     failures: usize,
 }
 
-impl Spent {
+impl HorizonWork {
     fn add(&mut self, found: &Fit) {
         self.iterations += found.iterations;
         self.evaluations += found.evaluations;

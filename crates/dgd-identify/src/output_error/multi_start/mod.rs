@@ -11,7 +11,7 @@ pub(crate) mod points;
 
 use std::sync::atomic::{AtomicUsize, Ordering};
 
-use dgd_runtime::Watched;
+use dgd_runtime::RunMonitor;
 use dgd_runtime::parallel::in_parallel_by_model;
 
 use crate::error::EstimateError;
@@ -20,7 +20,7 @@ use crate::output_error::fit::Fit;
 use crate::output_error::multi_start::horizons::fit_by_horizons;
 use crate::output_error::multi_start::points::StartingPoints;
 use crate::output_error::{OutputErrorProblem, Starts, fit};
-use crate::progress::{Of, Progress, Watch};
+use crate::progress::{Monitor, Progress, Total};
 
 /// Fits whose deviances differ by less than this may be at the same minimum.
 const SAME_DEVIANCE: f64 = 0.1;
@@ -108,7 +108,7 @@ impl MultiStart {
 }
 
 fn is_same(first: &Fit, other: &Fit) -> bool {
-    let near = |(a, b): (&crate::Estimate, &crate::Estimate)| {
+    let near = |(a, b): (&crate::ParameterEstimate, &crate::ParameterEstimate)| {
         a.at_bound == b.at_bound
             && a.std.is_none_or(|std| (a.value - b.value).abs() <= SAME_PLACE * std)
     };
@@ -174,7 +174,7 @@ fn fit_each(
         *problem;
     let OutputErrorProblem { loss, options, stopping, negligible_reduction, .. } = *problem;
     let (threads, keeping) = (problem.threads, problem.keeping);
-    let (done, watch, silent) = (AtomicUsize::new(0), problem.watch, Silent(problem.watch));
+    let (done, watch, silent) = (AtomicUsize::new(0), problem.watch, CancelOnly(problem.watch));
     // A fit uses no more threads than it has recordings.
     let within = threads.div_ceil(count).max(1);
     let ended = in_parallel_by_model(system, count, threads, |system, k| {
@@ -209,7 +209,7 @@ fn fit_each(
             Err(error) => PointEnd::Failed(error),
         };
         let done = done.fetch_add(1, Ordering::Relaxed) + 1;
-        watch.advanced(Progress { what: "starts", done, of: Of::Exactly(count) });
+        watch.advanced(Progress { what: "starts", done, of: Total::Exactly(count) });
         (end, failed)
     });
     let failed_draws = ended.iter().map(|(_, failed)| failed).sum();
@@ -236,16 +236,16 @@ fn fit_each(
 
 /// Forwards cancellation, but not the progress of single fits.
 #[derive(Debug)]
-struct Silent<'a>(&'a dyn Watch);
+struct CancelOnly<'a>(&'a dyn Monitor);
 
-impl Watch for Silent<'_> {
+impl Monitor for CancelOnly<'_> {
     fn advanced(&self, _progress: Progress) {}
 
     fn is_stopped(&self) -> bool {
         self.0.is_stopped()
     }
 
-    fn watched(&self) -> Option<&'static Watched> {
+    fn watched(&self) -> Option<&'static RunMonitor> {
         self.0.watched()
     }
 }

@@ -12,10 +12,10 @@
 
 use dgd_runtime::model::Model;
 use dgd_runtime::signature::{Automaton, AutomatonKind, Crossing};
-use dgd_runtime::system::Point;
+use dgd_runtime::system::EvaluationPoint;
 use dgd_runtime::{Direction, Problem, Solution, side, simulate};
 
-use crate::noise::Noise;
+use crate::noise::NoiseSource;
 use crate::output_error::fit::Fit;
 use crate::output_error::{OutputErrorProblem, evaluate};
 use crate::recording::Recording;
@@ -33,7 +33,7 @@ pub(super) fn next_switch(
     found: &Fit,
     part: f64,
 ) -> (Option<Vec<f64>>, usize) {
-    let noise = found.noise.iter().map(|sigma| sigma.map(Noise::Known)).collect();
+    let noise = found.noise.iter().map(|sigma| sigma.map(NoiseSource::Known)).collect();
     let known = OutputErrorProblem { noise, ..problem.clone() };
     let cost = |p: &[f64]| evaluate(&known, p, &found.starts).map_or(f64::INFINITY, |e| e.cost);
     let points = points(problem, found);
@@ -59,7 +59,7 @@ fn points(problem: &OutputErrorProblem<'_>, found: &Fit) -> Vec<Vec<f64>> {
         let run =
             Problem { system: &problem.system, p: &found.p, inputs: &recording.inputs, start };
         let Ok(solution) = simulate(&run, &recording.times, &problem.options) else { continue };
-        let run = Run { system: problem.system, recording, solution: &solution };
+        let run = SwitchRun { system: problem.system, recording, solution: &solution };
         let mut first = 0;
         for (a, automaton) in signature.discrete.automata.iter().enumerate() {
             let transitions = first..first + automaton.transitions.len();
@@ -88,13 +88,13 @@ fn is_declared(automaton: &Automaton) -> bool {
 }
 
 /// A simulated recording.
-struct Run<'a> {
+struct SwitchRun<'a> {
     system: &'a dyn Model,
     recording: &'a Recording,
     solution: &'a Solution,
 }
 
-impl Run<'_> {
+impl SwitchRun<'_> {
     /// The last mode of an automaton, and some rows since it was entered.
     fn last_stretch(&self, automaton: usize) -> Option<(usize, Vec<usize>)> {
         let last = self.solution.len().checked_sub(1)?;
@@ -157,7 +157,7 @@ impl Run<'_> {
         let (t, y, z) = (self.recording.times[k], self.solution.y(k), self.solution.z(k));
         let mut u = vec![0.0; signature.inputs.len()];
         self.recording.inputs.value(t, side(&self.recording.times, k), &mut u);
-        let point = Point { t, y, u: &u, p, z };
+        let point = EvaluationPoint { t, y, u: &u, p, z };
         let discrete = &signature.discrete;
         let n_e = discrete.automata.iter().map(|automaton| automaton.transitions.len()).sum();
         let udot = vec![0.0; u.len()];

@@ -45,7 +45,7 @@ pub enum DrawnFrom {
 #[derive(Debug, Clone, PartialEq)]
 pub struct StartingPoints {
     /// For each parameter that is drawn: its position, its range, and the stratum of each drawn point.
-    ranges: Vec<(usize, Range, Vec<usize>)>,
+    ranges: Vec<(usize, StartRange, Vec<usize>)>,
     /// The seed of each drawn point.
     seeds: Vec<u64>,
 }
@@ -71,8 +71,8 @@ impl StartingPoints {
             mixed(state)
         });
         let drawn = self.seeds.len() as f64;
-        let of_range = |(i, range, strata): &(usize, Range, Vec<usize>)| {
-            (*i, range.at((strata[k] as f64 + uniform.next()) / drawn))
+        let of_range = |(i, range, strata): &(usize, StartRange, Vec<usize>)| {
+            (*i, range.value((strata[k] as f64 + uniform.next()) / drawn))
         };
         self.ranges.iter().map(of_range).collect()
     }
@@ -139,22 +139,22 @@ pub fn starting_points(
         for k in (1..drawn).rev() {
             strata.swap(k, uniform.below(k + 1));
         }
-        ranges.push((i, Range::of(problem, i, from), strata));
+        ranges.push((i, StartRange::from_problem(problem, i, from), strata));
     }
     StartingPoints { ranges, seeds: (0..drawn).map(|_| random()).collect() }
 }
 
 /// The starting range of a parameter, SI.
 #[derive(Debug, Clone, Copy, PartialEq)]
-struct Range {
+struct StartRange {
     from: f64,
     until: f64,
     /// Whether it is uniform in the logarithm.
     by_factors: bool,
 }
 
-impl Range {
-    fn of(problem: &OutputErrorProblem<'_>, i: usize, from: DrawnFrom) -> Self {
+impl StartRange {
+    fn from_problem(problem: &OutputErrorProblem<'_>, i: usize, from: DrawnFrom) -> Self {
         let parameter = &problem.system.signature().parameters[i];
         let (lower, upper) = (parameter.lower, parameter.upper);
         let value = problem.p[i].clamp(lower, upper);
@@ -188,7 +188,7 @@ impl Range {
     }
 
     /// The value at a position between 0 and 1.
-    fn at(&self, place: f64) -> f64 {
+    fn value(&self, place: f64) -> f64 {
         let Self { from, until, by_factors } = *self;
         let value = if by_factors {
             from * (until / from).powf(place)

@@ -23,12 +23,12 @@ pub struct LambdaFilter {
     values: Vec<f64>,
     slopes: Vec<f64>,
     /// Transitions over the most recent offsets.
-    cached: Vec<(f64, Transition)>,
+    cached: Vec<(f64, StateTransition)>,
 }
 
 /// Transition of the states over a time.
 #[derive(Debug, Clone)]
-struct Transition {
+struct StateTransition {
     state: DMatrix<f64>,
     value: DVector<f64>,
     slope: DVector<f64>,
@@ -122,7 +122,7 @@ impl LambdaFilter {
             self.cached.push((tau, transition));
         }
         let transition = self.cached.iter().find(|(cached, _)| *cached == tau);
-        let Some((_, Transition { state, value, slope })) = transition else {
+        let Some((_, StateTransition { state, value, slope })) = transition else {
             unreachable!("it has just been put there")
         };
         state * &self.states + value * values.transpose() + slope * slopes.transpose()
@@ -143,10 +143,10 @@ impl LambdaFilter {
         generator
     }
 
-    fn transition(&self, tau: f64) -> Transition {
+    fn transition(&self, tau: f64) -> StateTransition {
         let n = self.lambda.len() - 1;
         let exponential = (self.generator() * tau).exp();
-        Transition {
+        StateTransition {
             state: exponential.view((0, 0), (n, n)).into_owned(),
             value: exponential.view((0, n), (n, 1)).column(0).into_owned(),
             slope: exponential.view((0, n + 1), (n, 1)).column(0).into_owned(),

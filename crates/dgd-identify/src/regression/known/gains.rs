@@ -1,15 +1,15 @@
 //! Sensitivity of unknowns to the readings that determine them.
 
-use dgd_runtime::Point;
+use dgd_runtime::EvaluationPoint;
 use dgd_runtime::for_identify::unknown_sizes;
 use dgd_runtime::model::Model;
 use nalgebra::DMatrix;
 
-use super::{Inverse, Known, Sensors, Solver};
+use super::{PseudoInverse, RecordingSamples, SampleSolver, SensorEquations};
 
 /// The sensitivity of unknowns to errors of outputs.
 pub(crate) struct Gains<'a> {
-    solver: Solver<'a>,
+    solver: SampleSolver<'a>,
     sizes: Vec<f64>,
     /// Values that replace unknowns that are not known.
     guess: Vec<f64>,
@@ -17,17 +17,21 @@ pub(crate) struct Gains<'a> {
 
 impl<'a> Gains<'a> {
     /// The sensitivities near `guess`.
-    pub(crate) fn new(system: &'a dyn Model, sensors: &'a Sensors, guess: Vec<f64>) -> Self {
+    pub(crate) fn new(
+        system: &'a dyn Model,
+        sensors: &'a SensorEquations,
+        guess: Vec<f64>,
+    ) -> Self {
         let mut sizes = vec![0.0; guess.len()];
         unknown_sizes(&system, &guess, &mut sizes);
-        Self { solver: Solver::new(system, sensors, sizes.clone()), sizes, guess }
+        Self { solver: SampleSolver::new(system, sensors, sizes.clone()), sizes, guess }
     }
 
     /// The error of each unknown, SI, for an error of one standard deviation of each output that was measured at sample
     /// k: n × outputs.
-    pub(crate) fn at(
+    pub(crate) fn compute(
         &mut self,
-        known: &Known,
+        known: &RecordingSamples,
         k: usize,
         p: &[f64],
         measured: &dyn Fn(usize) -> f64,
@@ -39,9 +43,9 @@ impl<'a> Gains<'a> {
             }
         }
         let y = self.guess.clone();
-        let (matrix, _) = self.solver.linearized(Point { y: &y, ..point }, measured)?;
+        let (matrix, _) = self.solver.linearized(EvaluationPoint { y: &y, ..point }, measured)?;
         if !self.solver.last.as_ref().is_some_and(|(last, _)| *last == matrix) {
-            let inverse = Inverse::of(&matrix)?;
+            let inverse = PseudoInverse::from_matrix(&matrix)?;
             self.solver.last = Some((matrix, inverse));
         }
         let (_, inverse) = self.solver.last.as_ref()?;

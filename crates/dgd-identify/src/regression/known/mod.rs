@@ -13,22 +13,22 @@
 //! Equations with delayed unknowns need these at other samples: in that case, everything is solved once more with the
 //! values known by then.
 
+pub(super) mod delayed;
 pub(super) mod filters;
 pub(crate) mod gains;
-pub(super) mod late;
 pub(super) mod modes;
 pub(super) mod slopes;
 
 use dgd_runtime::for_identify::{choose_sides, select_states, unknown_sizes};
 use dgd_runtime::model::Model;
-use dgd_runtime::{Inputs, Pattern, Point, Problem, Side, discrete_numbers, side};
+use dgd_runtime::{EvaluationPoint, Inputs, LimitSide, Pattern, Problem, discrete_numbers, side};
 use nalgebra::{DMatrix, DVector};
 
 use crate::error::{EstimateError, TrialFailed};
 use crate::recording::Recording;
 use crate::regression::error::RegressionError;
-use crate::regression::known::late::{BeforeRecord, Late, cubic};
-use crate::regression::known::modes::{Carrier, is_reset, remembered};
+use crate::regression::known::delayed::{BeforeRecord, DelayedColumns, cubic};
+use crate::regression::known::modes::{CorrectedRun, is_reset, remembered};
 use crate::regression::known::slopes::slopes;
 use crate::variables::first_start;
 
@@ -48,7 +48,7 @@ const SAMPLES_EACH_SIDE: f64 = 5.0;
 
 /// Outputs and equations that determine the unknowns.
 #[derive(Debug, Clone, PartialEq)]
-pub(crate) struct Sensors {
+pub(crate) struct SensorEquations {
     /// Outputs without estimated parameters, and their noise.
     pub outputs: Vec<(usize, f64)>,
     /// Equations without estimated parameters; only algebraic ones count.
@@ -59,7 +59,7 @@ pub(crate) struct Sensors {
 
 /// All samples of a recording.
 #[derive(Debug, Clone, PartialEq)]
-pub(crate) struct Known {
+pub(crate) struct RecordingSamples {
     n: usize,
     n_u: usize,
     n_z: usize,
@@ -85,20 +85,26 @@ pub(crate) struct Known {
     pub lost_from: usize,
 }
 
-impl Known {
+impl RecordingSamples {
     /// The point at which the rows of sample k are evaluated.
-    pub(crate) fn point<'a>(&'a self, k: usize, p: &'a [f64]) -> Point<'a> {
-        self.at(k, &self.u, &self.z, p)
+    pub(crate) fn point<'a>(&'a self, k: usize, p: &'a [f64]) -> EvaluationPoint<'a> {
+        self.to_point(k, &self.u, &self.z, p)
     }
 
     /// The point just before the inputs take their values at sample k.
-    pub(crate) fn point_before<'a>(&'a self, k: usize, p: &'a [f64]) -> Point<'a> {
-        self.at(k, &self.u_before, &self.z_before, p)
+    pub(crate) fn point_before<'a>(&'a self, k: usize, p: &'a [f64]) -> EvaluationPoint<'a> {
+        self.to_point(k, &self.u_before, &self.z_before, p)
     }
 
-    fn at<'a>(&'a self, k: usize, u: &'a [f64], z: &'a [f64], p: &'a [f64]) -> Point<'a> {
+    fn to_point<'a>(
+        &'a self,
+        k: usize,
+        u: &'a [f64],
+        z: &'a [f64],
+        p: &'a [f64],
+    ) -> EvaluationPoint<'a> {
         let Self { n, n_u, n_z, .. } = *self;
-        Point {
+        EvaluationPoint {
             t: self.times[k],
             y: &self.y[k * n..(k + 1) * n],
             u: &u[k * n_u..(k + 1) * n_u],
@@ -189,7 +195,7 @@ impl Known {
         p: &[f64],
         position: usize,
         recording: &Recording,
-        sensors: &Sensors,
+        sensors: &SensorEquations,
         half_width: Option<f64>,
     ) -> Result<Self, RegressionError> {
         let signature = system.signature();
@@ -243,13 +249,13 @@ impl Known {
 
     /// Finds the samples whose whole history is in the record.
     fn look_for_past(&mut self, system: &dyn Model, p: &[f64]) {
-        let Some(mut late) = Late::new(system) else { return };
+        let Some(mut delayed) = DelayedColumns::new(system) else { return };
         let mut u = vec![0.0; self.n_u];
         for k in 0..self.times.len() {
             let point = self.point(k, p);
             u.copy_from_slice(point.u);
-            late.write(system, self, BeforeRecord::Unknown, point, &mut u);
-            self.has_past[k] = late.earliest >= self.times[0];
+            delayed.write(system, self, BeforeRecord::Unknown, point, &mut u);
+            self.has_past[k] = delayed.earliest >= self.times[0];
         }
     }
 
@@ -265,7 +271,7 @@ impl Known {
         let both = self.u.chunks_exact_mut(self.n_u).zip(self.u_before.chunks_exact_mut(self.n_u));
         for (k, (u, before)) in both.enumerate() {
             inputs.value(self.times[k], side(&self.times, k), u);
-            inputs.value(self.times[k], Side::Left, before);
+            inputs.value(self.times[k], LimitSide::Left, before);
         }
     }
 
@@ -275,7 +281,7 @@ impl Known {
         p: &[f64],
         position: usize,
         recording: &Recording,
-        sensors: &Sensors,
+        sensors: &SensorEquations,
     ) -> Result<(), RegressionError> {
         let Self { n, n_u, n_z, .. } = *self;
         let mut guess = first_start(system, p, recording).map_err(|reason| {
@@ -284,12 +290,12 @@ impl Known {
         })?;
         let mut sizes = vec![0.0; n];
         unknown_sizes(&system, &guess, &mut sizes);
-        let mut solver = Solver::new(system, sensors, sizes);
-        let mut late = Late::new(system);
-        let before = late.is_some().then(|| self.clone());
+        let mut solver = SampleSolver::new(system, sensors, sizes);
+        let mut delayed = DelayedColumns::new(system);
+        let before = delayed.is_some().then(|| self.clone());
         self.y.fill(f64::NAN);
         let mut carrier =
-            remembered(system).map(|_| Carrier::new(system, p, recording, guess.clone()));
+            remembered(system).map(|_| CorrectedRun::new(system, p, recording, guess.clone()));
         let n_e = system.signature().discrete.transitions().count();
         let mut e = vec![0.0; n_e];
         for k in 0..self.times.len() {
@@ -300,7 +306,11 @@ impl Known {
             if let Some(carrier) = &mut carrier {
                 if k == 0 {
                     z = discrete_numbers(&system, p, t);
-                    solver.solve(Point { t, y: &[], u: &u, p, z: &z }, &measured, &mut guess);
+                    solver.solve(
+                        EvaluationPoint { t, y: &[], u: &u, p, z: &z },
+                        &measured,
+                        &mut guess,
+                    );
                     carrier.y.copy_from_slice(&guess);
                 }
                 let Some(now) = carrier.next(k) else {
@@ -313,21 +323,32 @@ impl Known {
                 z = now.z;
             } else if n_z > 0 {
                 z = discrete_numbers(&system, p, t);
-                select_states(&system, Point { t, y: &guess, u: &u, p, z: &[] }, &mut z, &mut e);
-                choose_sides(&system, Point { t, y: &guess, u: &u, p, z: &[] }, &mut e, &mut z);
+                select_states(
+                    &system,
+                    EvaluationPoint { t, y: &guess, u: &u, p, z: &[] },
+                    &mut z,
+                    &mut e,
+                );
+                choose_sides(
+                    &system,
+                    EvaluationPoint { t, y: &guess, u: &u, p, z: &[] },
+                    &mut e,
+                    &mut z,
+                );
                 self.z_before[k * n_z..(k + 1) * n_z].copy_from_slice(&z);
             }
             self.z[k * n_z..(k + 1) * n_z].copy_from_slice(&z);
-            if let (Some(late), Some(before)) = (&mut late, &before) {
+            if let (Some(delayed), Some(before)) = (&mut delayed, &before) {
                 let point = before.point(k, p);
-                late.write(system, before, BeforeRecord::Unknown, point, &mut u);
+                delayed.write(system, before, BeforeRecord::Unknown, point, &mut u);
             }
-            let solved = solver.solve(Point { t, y: &[], u: &u, p, z: &z }, &measured, &mut guess);
+            let solved =
+                solver.solve(EvaluationPoint { t, y: &[], u: &u, p, z: &z }, &measured, &mut guess);
             let is_given = solved.unwrap_or_else(|| vec![false; n]);
             let mut is_known = is_given.clone();
             if let Some(carrier) = &mut carrier {
                 // Estimated parameters decide whether the run reached the threshold in time.
-                let point = Point { t, y: carrier.simulated(), u: &u, p, z: &z };
+                let point = EvaluationPoint { t, y: carrier.simulated(), u: &u, p, z: &z };
                 self.cuts[k] |= k > 0 && is_reset(system, point, &is_given, &guess);
                 carrier.keep(&sensors.free, &is_given, &guess, &mut is_known);
             }
@@ -365,9 +386,9 @@ fn usual_step(times: &[f64]) -> Option<f64> {
 }
 
 /// Solves for y at one sample after another.
-struct Solver<'a> {
+struct SampleSolver<'a> {
     system: &'a dyn Model,
-    sensors: &'a Sensors,
+    sensors: &'a SensorEquations,
     sizes: Vec<f64>,
     w: Vec<f64>,
     jacobians: [Vec<f64>; 3],
@@ -377,18 +398,18 @@ struct Solver<'a> {
     dfdy: Vec<f64>,
     mass: Vec<f64>,
     /// The last matrix and its factorisation: linear sensors always have the same.
-    last: Option<(DMatrix<f64>, Inverse)>,
+    last: Option<(DMatrix<f64>, PseudoInverse)>,
 }
 
 /// A matrix's pseudo-inverse, and the columns that it determines.
 #[derive(Clone)]
-struct Inverse {
+struct PseudoInverse {
     pseudo: DMatrix<f64>,
     determined: Vec<bool>,
 }
 
-impl<'a> Solver<'a> {
-    fn new(system: &'a dyn Model, sensors: &'a Sensors, sizes: Vec<f64>) -> Self {
+impl<'a> SampleSolver<'a> {
+    fn new(system: &'a dyn Model, sensors: &'a SensorEquations, sizes: Vec<f64>) -> Self {
         let signature = system.signature();
         let (n, n_w) = (signature.unknowns.len(), signature.outputs.len());
         Self {
@@ -410,15 +431,15 @@ impl<'a> Solver<'a> {
     /// guess then stays.
     fn solve(
         &mut self,
-        at: Point<'_>,
+        at: EvaluationPoint<'_>,
         measured: &dyn Fn(usize) -> f64,
         guess: &mut [f64],
     ) -> Option<Vec<bool>> {
         let mut y = guess.to_vec();
         for _ in 0..MOST_ITERATIONS {
-            let (matrix, rest) = self.linearized(Point { y: &y, ..at }, measured)?;
+            let (matrix, rest) = self.linearized(EvaluationPoint { y: &y, ..at }, measured)?;
             if !self.last.as_ref().is_some_and(|(last, _)| *last == matrix) {
-                let inverse = Inverse::of(&matrix)?;
+                let inverse = PseudoInverse::from_matrix(&matrix)?;
                 self.last = Some((matrix, inverse));
             }
             let (_, inverse) = self.last.as_ref()?;
@@ -444,12 +465,12 @@ impl<'a> Solver<'a> {
     /// Weighted rows over unknowns in their sizes, and their residuals.
     fn linearized(
         &mut self,
-        at: Point<'_>,
+        at: EvaluationPoint<'_>,
         measured: &dyn Fn(usize) -> f64,
     ) -> Option<(DMatrix<f64>, DVector<f64>)> {
         let signature = self.system.signature();
         let n = signature.unknowns.len();
-        let Sensors { outputs, equations, .. } = self.sensors;
+        let SensorEquations { outputs, equations, .. } = self.sensors;
         self.system.mass(at, &mut self.mass);
         let algebraic = |i: &usize| self.mass[*i] == 0.0;
         let mut equations: Vec<usize> = equations.iter().copied().filter(algebraic).collect();
@@ -518,8 +539,8 @@ fn fill(
     });
 }
 
-impl Inverse {
-    fn of(matrix: &DMatrix<f64>) -> Option<Self> {
+impl PseudoInverse {
+    fn from_matrix(matrix: &DMatrix<f64>) -> Option<Self> {
         let n = matrix.ncols();
         let size: Vec<f64> = matrix.column_iter().map(|column| column.norm()).collect();
         let used: Vec<usize> = (0..n).filter(|j| size[*j] > 0.0).collect();

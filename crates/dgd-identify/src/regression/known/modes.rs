@@ -5,9 +5,11 @@
 //! an unknown without readings, such as the level in a line while it drains, follows its own equations, and counts as
 //! known if these contain no estimated parameter and read no other such unknown.
 
-use dgd_runtime::integrate::Memory;
+use dgd_runtime::integrate::RunMemory;
 use dgd_runtime::model::Model;
-use dgd_runtime::{Before, Discrete, Options, Pattern, Point, Problem, Solution, Wanted};
+use dgd_runtime::{
+    Discrete, EvaluationPoint, Options, Pattern, PriorState, Problem, Solution, WantedResults,
+};
 
 use crate::recording::Recording;
 
@@ -28,24 +30,24 @@ pub(crate) fn remembered(system: &dyn Model) -> Option<String> {
 }
 
 /// A run that is corrected by readings at every sample.
-pub(crate) struct Carrier<'a> {
+pub(crate) struct CorrectedRun<'a> {
     system: &'a dyn Model,
     p: &'a [f64],
     recording: &'a Recording,
     options: Options,
-    memory: Option<Memory>,
+    memory: Option<RunMemory>,
     /// Unknowns: simulated up to a sample, and corrected by the readings there.
     pub y: Vec<f64>,
     simulated: Vec<f64>,
     /// The second of two samples with the same time.
-    second: Option<Carried>,
+    second: Option<CorrectedState>,
     /// Unknowns determined by readings at the previous sample, and those carried from there.
     carried: Option<(Vec<bool>, Vec<bool>)>,
 }
 
 /// State of the run at a sample.
 #[derive(Debug, Clone)]
-pub(crate) struct Carried {
+pub(crate) struct CorrectedState {
     /// Discrete numbers of its row, and those just before inputs take their values there.
     pub z: Vec<f64>,
     pub z_before: Vec<f64>,
@@ -55,7 +57,7 @@ pub(crate) struct Carried {
     pub is_cut: bool,
 }
 
-impl<'a> Carrier<'a> {
+impl<'a> CorrectedRun<'a> {
     /// A run at the first sample, where `y` is a guess.
     pub(crate) fn new(
         system: &'a dyn Model,
@@ -80,7 +82,7 @@ impl<'a> Carrier<'a> {
 
     /// State of the run at the k-th sample, called for one sample after another; `None` if the model cannot be
     /// simulated up to there.
-    pub(crate) fn next(&mut self, k: usize) -> Option<Carried> {
+    pub(crate) fn next(&mut self, k: usize) -> Option<CorrectedState> {
         if let Some(second) = self.second.take() {
             return Some(second);
         }
@@ -96,7 +98,7 @@ impl<'a> Carrier<'a> {
         let last = solution.len() - 1;
         let left = last.saturating_sub(1);
         let is_cut = !solution.events.is_empty();
-        let carried = |row: usize| Carried {
+        let carried = |row: usize| CorrectedState {
             z: solution.z(row).to_vec(),
             z_before: solution.z(left).to_vec(),
             y: solution.y(row).to_vec(),
@@ -143,15 +145,20 @@ impl<'a> Carrier<'a> {
     fn run(&self, start: &[(usize, f64)], times: &[f64]) -> Option<Solution> {
         let Self { system, p, .. } = *self;
         let problem = Problem { system: &system, p, inputs: &self.recording.inputs, start };
-        let before = Before { memory: self.memory.as_ref(), ..Before::default() };
-        let wanted = Wanted::Resumed(before);
-        dgd_runtime::Solved::integrate(&problem, times, &self.options, wanted).ok()
+        let before = PriorState { memory: self.memory.as_ref(), ..PriorState::default() };
+        let wanted = WantedResults::Resumed(before);
+        dgd_runtime::SolvableSystem::integrate(&problem, times, &self.options, wanted).ok()
     }
 }
 
 /// Whether the reading of an unknown that a transition resets is closer to the reset value than to the value in `at`,
 /// which a run without the transition has reached.
-pub(crate) fn is_reset(system: &dyn Model, at: Point<'_>, given: &[bool], y: &[f64]) -> bool {
+pub(crate) fn is_reset(
+    system: &dyn Model,
+    at: EvaluationPoint<'_>,
+    given: &[bool],
+    y: &[f64],
+) -> bool {
     let discrete = &system.signature().discrete;
     let transitions =
         || discrete.transitions().flat_map(|(k, of)| of.resets.iter().map(move |i| (k, *i)));

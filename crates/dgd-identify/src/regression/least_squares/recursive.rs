@@ -24,7 +24,7 @@
 use nalgebra::{DMatrix, DVector};
 
 use crate::regression::least_squares::solve;
-use crate::regression::least_squares::triangle::Triangle;
+use crate::regression::least_squares::triangle::RowTriangle;
 
 /// Gauss nodes on (0, 1) and their weights, exact for polynomials of degree 7: Abramowitz, Stegun, table 25.4.
 const NODES: [(f64, f64); 4] = [
@@ -73,25 +73,25 @@ pub struct RegressorSample {
 
 /// θ and the square root of its information.
 #[derive(Debug, Clone)]
-struct Root {
+struct InformationRoot {
     theta: DVector<f64>,
-    triangle: Triangle,
+    triangle: RowTriangle,
 }
 
 /// A row with its weight √(…)/m.
-struct Weighted {
+struct WeightedRow {
     sample: RegressorSample,
     weight: f64,
 }
 
-impl Root {
+impl InformationRoot {
     fn new(theta: &[f64], covariance: &DMatrix<f64>) -> Option<Self> {
         let n = theta.len();
         assert_eq!(covariance.shape(), (n, n), "size of P₀");
         // P₀ = L Lᵀ, P₀⁻¹ = L⁻ᵀ L⁻¹
         let lower = covariance.clone().cholesky()?.l();
         let root = lower.solve_lower_triangular(&DMatrix::identity(n, n))?;
-        let mut triangle = Triangle::new(n);
+        let mut triangle = RowTriangle::new(n);
         for row in root.row_iter() {
             let row: Vec<f64> = row.iter().copied().collect();
             triangle.push(&row, 0.0, 1.0);
@@ -129,10 +129,10 @@ impl Root {
 
     /// Rotates rows in after scaling all previous ones by `decay`, and moves θ; returns false without changes if ‖P‖
     /// would exceed the limit.
-    fn take(&mut self, rows: &[Weighted], decay: f64, limit: f64) -> bool {
+    fn take(&mut self, rows: &[WeightedRow], decay: f64, limit: f64) -> bool {
         let mut next = self.clone();
         next.triangle.scale(decay);
-        for Weighted { sample, weight } in rows {
+        for WeightedRow { sample, weight } in rows {
             let phi = DVector::from_column_slice(&sample.phi);
             next.triangle.push(&sample.phi, sample.z - phi.dot(&self.theta), *weight);
         }
@@ -162,7 +162,7 @@ impl Root {
 /// Ljung, *System Identification: Theory for the User*, 2nd ed. (1999), §11.2.
 #[derive(Debug, Clone)]
 pub struct RecursiveLeastSquares {
-    root: Root,
+    root: InformationRoot,
     forgetting: Forgetting,
     last: Option<f64>,
 }
@@ -170,7 +170,7 @@ pub struct RecursiveLeastSquares {
 impl RecursiveLeastSquares {
     /// Starts with θ₀ and P₀; `None` if P₀ is not positive definite.
     pub fn new(theta: &[f64], covariance: &DMatrix<f64>, forgetting: Forgetting) -> Option<Self> {
-        Some(Self { root: Root::new(theta, covariance)?, forgetting, last: None })
+        Some(Self { root: InformationRoot::new(theta, covariance)?, forgetting, last: None })
     }
 
     /// θ.
@@ -192,7 +192,7 @@ impl RecursiveLeastSquares {
         let phi = DVector::from_column_slice(&sample.phi);
         let innovation = sample.z - phi.dot(&self.root.theta);
         let m2 = 1.0 + self.root.normalising(&sample.phi, normalisation);
-        let row = Weighted { sample: sample.clone(), weight: m2.sqrt().recip() };
+        let row = WeightedRow { sample: sample.clone(), weight: m2.sqrt().recip() };
         if !self.root.take(&[row], (-0.5 * rate * step).exp(), limit) {
             // P is constant, and serves as the prior covariance of the sample: K = Pφ / (m² + φᵀPφ).
             let p_phi = self.root.covariance() * &phi;
@@ -208,7 +208,7 @@ impl RecursiveLeastSquares {
 /// ([`LambdaFilter`](crate::regression::LambdaFilter)).
 #[derive(Debug, Clone)]
 pub struct ContinuousLeastSquares {
-    root: Root,
+    root: InformationRoot,
     forgetting: Forgetting,
     frozen: f64,
 }
@@ -216,7 +216,7 @@ pub struct ContinuousLeastSquares {
 impl ContinuousLeastSquares {
     /// Starts with θ₀ and P₀; `None` if P₀ is not positive definite.
     pub fn new(theta: &[f64], covariance: &DMatrix<f64>, forgetting: Forgetting) -> Option<Self> {
-        Some(Self { root: Root::new(theta, covariance)?, forgetting, frozen: 0.0 })
+        Some(Self { root: InformationRoot::new(theta, covariance)?, forgetting, frozen: 0.0 })
     }
 
     /// θ.
@@ -248,7 +248,7 @@ impl ContinuousLeastSquares {
                 a.ger(weight * h / m2, &phi, &phi, 1.0);
                 b.axpy(weight * h / m2 * (sample.z - phi.dot(&self.root.theta)), &phi, 1.0);
                 let aged = weight * h * (-rate * (1.0 - node) * h).exp();
-                weighted.push(Weighted { weight: (aged / m2).sqrt(), sample });
+                weighted.push(WeightedRow { weight: (aged / m2).sqrt(), sample });
             }
         }
         if !self.root.take(&weighted, (-0.5 * rate * h).exp(), limit) {

@@ -18,7 +18,7 @@ const KEPT: usize = 128;
 
 /// The triangle of all rows so far.
 #[derive(Debug, Clone, PartialEq)]
-pub(crate) struct Triangle {
+pub(crate) struct RowTriangle {
     /// Columns, the target's included.
     columns: usize,
     upper: DMatrix<f64>,
@@ -26,7 +26,7 @@ pub(crate) struct Triangle {
     rows: Vec<f64>,
 }
 
-impl Triangle {
+impl RowTriangle {
     /// No rows, of n regressors and a target.
     pub(crate) fn new(n: usize) -> Self {
         Self { columns: n + 1, upper: DMatrix::zeros(n + 1, n + 1), rows: Vec::new() }
@@ -107,7 +107,7 @@ mod tests {
     /// More rows than are stored: R has the normal matrix of all rows, and ρ² is their residual.
     #[test]
     fn the_triangle_is_that_of_all_rows() {
-        let mut triangle = Triangle::new(2);
+        let mut triangle = RowTriangle::new(2);
         let (mut normal, mut right, mut squares) = (DMatrix::zeros(2, 2), DVector::zeros(2), 0.0);
         for k in 0..1000 {
             let x = f64::from(k) / 1000.0;

@@ -1,7 +1,7 @@
 //! Figures over all wells: each parameter over wells and over time, and distances between wells.
 
-use dgd_page::{Link, Markup, Page};
-use dgd_plot::{Envelope, Figure, Panel, Series, Style, Text};
+use dgd_page::{ChartLink, Markup, Page};
+use dgd_plot::{Envelope, Figure, MathText, Panel, PlotSeries, SeriesStyle};
 
 use super::super::first::Reason;
 use super::super::reading::Estimate;
@@ -15,13 +15,13 @@ const SHOWN: usize = 5;
 const STRETCHES: usize = 24;
 
 /// `c0, m`.
-pub(super) fn title(fleet: &Fleet, parameter: usize) -> Text {
-    Text::name(&fleet.parameters[parameter].0)
+pub(super) fn title(fleet: &Fleet, parameter: usize) -> MathText {
+    MathText::name(&fleet.parameters[parameter].0)
 }
 
 /// The unit for an axis.
-pub(super) fn unit(fleet: &Fleet, parameter: usize) -> Text {
-    Text::unit(&fleet.parameters[parameter].1)
+pub(super) fn unit(fleet: &Fleet, parameter: usize) -> MathText {
+    MathText::unit(&fleet.parameters[parameter].1)
 }
 
 /// The last estimate of a well.
@@ -45,7 +45,7 @@ pub(super) fn over_wells(page: &mut Page, fleet: &Fleet) -> Markup {
             estimates.iter().map(end).collect()
         };
         let band = Envelope {
-            name: Text::plain("95 %"),
+            name: MathText::plain("95 %"),
             around: Some(0),
             x: x.clone(),
             low: end(false),
@@ -54,14 +54,14 @@ pub(super) fn over_wells(page: &mut Page, fleet: &Fleet) -> Markup {
         Panel {
             title: title(fleet, parameter),
             y_label: unit(fleet, parameter),
-            series: vec![Series::new(Text::plain("estimates"), Style::Dots, x, y)],
+            series: vec![PlotSeries::new(MathText::plain("estimates"), SeriesStyle::Dots, x, y)],
             envelopes: vec![band],
             ..Panel::default()
         }
     };
     let panels = (0..fleet.parameters.len()).map(panel).collect();
-    let figure = Figure::new(Text::plain("Wells, by the estimate"), panels);
-    page.chart(&figure, Link::Alone, &Markup::default())
+    let figure = Figure::new(MathText::plain("Wells, by the estimate"), panels);
+    page.chart(&figure, ChartLink::Alone, &Markup::default())
 }
 
 /// The 50 % and 90 % bands of the wells over time, and the most urgent wells individually.
@@ -81,9 +81,10 @@ pub(super) fn over_time(page: &mut Page, fleet: &Fleet, axis: &Axis) -> Markup {
         let points = fleet.wells.iter().flat_map(|well| of_well(well, name, axis));
         let [x, low, quarter, middle, above, high] =
             stretches(points.map(|(t, e)| (t, e.value)).collect());
-        let mut series = vec![Series::new(Text::plain("median"), Style::Line, x.clone(), middle)];
+        let mut series =
+            vec![PlotSeries::new(MathText::plain("median"), SeriesStyle::Line, x.clone(), middle)];
         let band = |name: &str, low, high| Envelope {
-            name: Text::plain(name),
+            name: MathText::plain(name),
             around: Some(0),
             x: x.clone(),
             low,
@@ -95,7 +96,7 @@ pub(super) fn over_time(page: &mut Page, fleet: &Fleet, axis: &Axis) -> Markup {
             let well = &fleet.wells[*well];
             let (t, y): (Vec<f64>, Vec<f64>) =
                 of_well(well, name, axis).map(|(t, estimate)| (t, estimate.value)).unzip();
-            series.push(Series::new(Text::plain(&well.name), Style::ThinLine, t, y));
+            series.push(PlotSeries::new(MathText::plain(&well.name), SeriesStyle::ThinLine, t, y));
         }
         Panel {
             title: title(fleet, parameter),
@@ -105,14 +106,14 @@ pub(super) fn over_time(page: &mut Page, fleet: &Fleet, axis: &Axis) -> Markup {
             ..Panel::default()
         }
     });
-    let figure = Figure::new(Text::plain(axis.label()), panels.collect());
+    let figure = Figure::new(MathText::plain(axis.label()), panels.collect());
     let note = if chosen.is_empty() {
         "Where half and nine tenths of the wells are."
     } else {
         "Where half and nine tenths of the wells are, and the wells whose numbers are to be looked at first. The pages of the \
          wells have all."
     };
-    page.chart(&figure, Link::With("time"), &Markup::text(note))
+    page.chart(&figure, ChartLink::With("time"), &Markup::text(note))
 }
 
 /// Estimates of a well with their times.
@@ -169,23 +170,23 @@ pub(super) fn distances(page: &mut Page, fleet: &Fleet) -> Markup {
     };
     let mut series = Vec::new();
     for (name, style, is_unlike) in
-        [("like the others", Style::Dots, false), ("unlike", Style::Marks, true)]
+        [("like the others", SeriesStyle::Dots, false), ("unlike", SeriesStyle::Marks, true)]
     {
         let (x, y) = points(is_unlike);
         if !x.is_empty() {
-            series.push(Series::new(Text::plain(name), style, x, y));
+            series.push(PlotSeries::new(MathText::plain(name), style, x, y));
         }
     }
     let panel = Panel {
-        title: Text::plain("Distance from the bulk"),
-        y_label: Text::plain("Standard deviations"),
+        title: MathText::plain("Distance from the bulk"),
+        y_label: MathText::plain("Standard deviations"),
         series,
         ..Panel::default()
     };
-    let figure = Figure::new(Text::plain("Wells, in the order of the job"), vec![panel]);
+    let figure = Figure::new(MathText::plain("Wells, in the order of the job"), vec![panel]);
     let note = "How far the last estimates of a well are from those of the bulk, as correlated as these are. Unlike is what chance \
                 shows in a few fleets of a hundred.";
-    page.chart(&figure, Link::Alone, &Markup::text(note))
+    page.chart(&figure, ChartLink::Alone, &Markup::text(note))
 }
 
 #[cfg(test)]

@@ -5,7 +5,7 @@ mod charts;
 mod time;
 mod wells;
 
-use dgd_page::{Cell, Markup, Origin, Page, Table, Tone};
+use dgd_page::{HeadlineTone, Markup, Page, PageCell, PageOrigin, PageTable};
 
 use super::table::{comparison, headline, missing, progress};
 use super::{FILES, Fleet};
@@ -41,9 +41,9 @@ pub(super) fn all(fleet: &Fleet, command: &str) -> Vec<(String, Vec<u8>)> {
     pages
 }
 
-fn origin(fleet: &Fleet, command: &str) -> Origin {
+fn origin(fleet: &Fleet, command: &str) -> PageOrigin {
     let row = |(model, wells): &(String, usize)| (model.clone(), format!("{wells} wells"));
-    Origin {
+    PageOrigin {
         command: command.to_owned(),
         version: format!("{} ({})", fleet.identity.version, fleet.identity.build),
         seed: fleet.seed,
@@ -57,9 +57,9 @@ fn link_to(fleet: &Fleet, well: usize) -> Markup {
     Markup::text(&fleet.wells[well].name).linked(&name(well / EACH + 1))
 }
 
-fn index(fleet: &Fleet, axis: &time::Axis, origin: &Origin) -> String {
+fn index(fleet: &Fleet, axis: &time::Axis, origin: &PageOrigin) -> String {
     let mut page = Page::new("Fleet");
-    let tone = if fleet.first.is_empty() { Tone::Good } else { Tone::Doubt };
+    let tone = if fleet.first.is_empty() { HeadlineTone::Good } else { HeadlineTone::Doubt };
     let more = [Markup::text(&progress(fleet)).then(&Markup::text(".")).paragraph(), first(fleet)];
     page.push_header(&Markup::text("Fleet"), &Markup::text(&headline(fleet)), tone, &more);
     page.push_section("What is missing", &[missing_table(fleet)]);
@@ -86,12 +86,12 @@ fn link_to_page(fleet: &Fleet, number: usize) -> Markup {
 
 /// The table of what to look at first.
 fn first(fleet: &Fleet) -> Markup {
-    let mut table = Table::new("What to look at first", &["", "well", "why"]);
+    let mut table = PageTable::new("What to look at first", &["", "well", "why"]);
     for (k, (well, reason)) in fleet.first.iter().take(MOST_LISTED).enumerate() {
         table.rows.push(vec![
-            Cell::number(&(k + 1).to_string(), Some((k + 1) as f64)),
-            Cell::text(link_to(fleet, *well)),
-            Cell::text(Markup::prose(&reason.words())),
+            PageCell::number(&(k + 1).to_string(), Some((k + 1) as f64)),
+            PageCell::text(link_to(fleet, *well)),
+            PageCell::text(Markup::prose(&reason.words())),
         ]);
     }
     let table = table.to_markup();
@@ -103,10 +103,12 @@ fn first(fleet: &Fleet) -> Markup {
 }
 
 fn missing_table(fleet: &Fleet) -> Markup {
-    let mut table =
-        Table::new("What is missing", &["missing", "wells", "only since the last search", "which"]);
+    let mut table = PageTable::new(
+        "What is missing",
+        &["missing", "wells", "only since the last search", "which"],
+    );
     for one in missing(fleet) {
-        let number = |n: usize| Cell::number(&n.to_string(), Some(n as f64));
+        let number = |n: usize| PageCell::number(&n.to_string(), Some(n as f64));
         let mut which = Markup::default();
         for (k, well) in one.wells.iter().take(MOST_NAMED).enumerate() {
             let comma = Markup::text(if k == 0 { "" } else { ", " });
@@ -117,10 +119,10 @@ fn missing_table(fleet: &Fleet) -> Markup {
                 which.then(&Markup::text(&format!(" and {} more", one.wells.len() - MOST_NAMED)));
         }
         table.rows.push(vec![
-            Cell::text(Markup::prose(&said(one.name))),
+            PageCell::text(Markup::prose(&said(one.name))),
             number(one.wells.len()),
             number(one.new),
-            Cell::text(which),
+            PageCell::text(which),
         ]);
     }
     table.to_markup()

@@ -2,8 +2,8 @@
 
 use std::ops::Range;
 
-use dgd_page::{Cell, Link, Markup, Origin, Page, Table, Tone};
-use dgd_plot::{Envelope, Figure, Panel, Series, Style, Text};
+use dgd_page::{ChartLink, HeadlineTone, Markup, Page, PageCell, PageOrigin, PageTable};
+use dgd_plot::{Envelope, Figure, MathText, Panel, PlotSeries, SeriesStyle};
 
 use super::super::reading::{By, Estimate, Found};
 use super::super::{FILES, Fleet, WellFound};
@@ -19,7 +19,7 @@ pub(super) fn page(
     number: usize,
     wells: Range<usize>,
     axis: &Axis,
-    origin: &Origin,
+    origin: &PageOrigin,
 ) -> String {
     let (first, last) = (&fleet.wells[wells.start].name, &fleet.wells[wells.end - 1].name);
     let heading = if first == last { first.clone() } else { format!("{first} to {last}") };
@@ -27,12 +27,12 @@ pub(super) fn page(
     let kind = Markup::text(&format!("Wells, page {number} of {}", count(fleet)));
     let more = [links(fleet, number)];
     let has_reason = fleet.first.iter().any(|(well, _)| wells.contains(well));
-    let tone = if has_reason { Tone::Doubt } else { Tone::Good };
+    let tone = if has_reason { HeadlineTone::Doubt } else { HeadlineTone::Good };
     page.push_header(&kind, &Markup::text(&heading), tone, &more);
     let figure = figure(fleet, wells.clone(), axis);
     let note = "Each well has a place, in which its occasions run from left to right; bars hold the truth in 95 of 100 cases. \
                 Shaded: where nine tenths of all wells are.";
-    let chart = page.chart(&figure, Link::Alone, &Markup::text(note));
+    let chart = page.chart(&figure, ChartLink::Alone, &Markup::text(note));
     page.push_section("Parameters over wells and time", &[chart]);
     page.push_section("What they lack, and why to look at them", &[summary(fleet, wells.clone())]);
     page.push_section("All occasions", &[occasions(fleet, wells)]);
@@ -57,7 +57,7 @@ fn links(fleet: &Fleet, number: usize) -> Markup {
 /// A row for each well: its missing terms since when, its distance from the others, and the reasons to look at it.
 fn summary(fleet: &Fleet, wells: Range<usize>) -> Markup {
     let mut table =
-        Table::new("Wells", &["", "well", "lacks", "since", "distance", "why to look at it"]);
+        PageTable::new("Wells", &["", "well", "lacks", "since", "distance", "why to look at it"]);
     for w in wells {
         let well = &fleet.wells[w];
         let is_searched = well.occasions.iter().any(|found| found.search.is_some());
@@ -75,12 +75,12 @@ fn summary(fleet: &Fleet, wells: Range<usize>) -> Markup {
         let shown = distance.map_or_else(|| "–".to_owned(), |value| format!("{value:.1}"));
         let why = fleet.first.iter().filter(|(of, _)| *of == w).map(|(_, reason)| reason.words());
         table.rows.push(vec![
-            Cell::number(&(w + 1).to_string(), Some((w + 1) as f64)),
-            Cell::text(Markup::text(&well.name)),
-            Cell::text(Markup::prose(&lacks)),
-            Cell::text(Markup::text(&since.collect::<Vec<_>>().join(", "))),
-            Cell::number(&shown, distance),
-            Cell::text(Markup::prose(&why.collect::<Vec<_>>().join("; "))),
+            PageCell::number(&(w + 1).to_string(), Some((w + 1) as f64)),
+            PageCell::text(Markup::text(&well.name)),
+            PageCell::text(Markup::prose(&lacks)),
+            PageCell::text(Markup::text(&since.collect::<Vec<_>>().join(", "))),
+            PageCell::number(&shown, distance),
+            PageCell::text(Markup::prose(&why.collect::<Vec<_>>().join("; "))),
         ]);
     }
     table.to_markup()
@@ -118,15 +118,15 @@ fn figure(fleet: &Fleet, wells: Range<usize>, axis: &Axis) -> Figure {
             title: title(fleet, parameter),
             y_label: unit(fleet, parameter),
             series: vec![
-                Series::new(Text::plain("estimates"), Style::Dots, x, y),
-                Series::new(Text::plain("95 %"), Style::ThinLine, bars_x, bars_y),
+                PlotSeries::new(MathText::plain("estimates"), SeriesStyle::Dots, x, y),
+                PlotSeries::new(MathText::plain("95 %"), SeriesStyle::ThinLine, bars_x, bars_y),
             ],
             envelopes: vec![envelope],
             ..Panel::default()
         }
     };
     let mut figure = Figure::new(
-        Text::plain("Wells, by number"),
+        MathText::plain("Wells, by number"),
         (0..fleet.parameters.len()).map(panel).collect(),
     );
     figure.columns = 1;
@@ -144,9 +144,10 @@ fn bulk(fleet: &Fleet, name: &str) -> (f64, f64) {
 
 /// A row for each occasion of each well.
 fn occasions(fleet: &Fleet, wells: Range<usize>) -> Markup {
-    let mut table = Table::new("All occasions", &["well", "when", "lacks", "fit"]);
+    let mut table = PageTable::new("All occasions", &["well", "when", "lacks", "fit"]);
     for (name, unit) in &fleet.parameters {
-        let unit = if unit == "1" { Markup::default() } else { Markup::from(&Text::unit(unit)) };
+        let unit =
+            if unit == "1" { Markup::default() } else { Markup::from(&MathText::unit(unit)) };
         table.head.push(Markup::code(name).then(&Markup::text(" ")).then(&unit));
     }
     for well in &fleet.wells[wells] {
@@ -157,10 +158,10 @@ fn occasions(fleet: &Fleet, wells: Range<usize>) -> Markup {
                 if names.is_empty() { "nothing".to_owned() } else { names.join(", ") }
             });
             let mut row = vec![
-                Cell::text(Markup::text(&well.name)),
-                Cell::text(Markup::text(&found.when)),
-                Cell::text(Markup::prose(&lacks.unwrap_or_else(|| "–".to_owned()))),
-                Cell::text(Markup::prose(&fit(found))),
+                PageCell::text(Markup::text(&well.name)),
+                PageCell::text(Markup::text(&found.when)),
+                PageCell::text(Markup::prose(&lacks.unwrap_or_else(|| "–".to_owned()))),
+                PageCell::text(Markup::prose(&fit(found))),
             ];
             row.extend(fleet.parameters.iter().map(|(name, _)| number(found.estimate(name))));
             table.rows.push(row);
@@ -190,8 +191,8 @@ fn fit(found: &Found) -> String {
 }
 
 /// An estimate with its deviation, or with its confidence interval if that comes from another method.
-fn number(estimate: Option<&Estimate>) -> Cell {
-    let Some(estimate) = estimate else { return Cell::number("–", None) };
+fn number(estimate: Option<&Estimate>) -> PageCell {
+    let Some(estimate) = estimate else { return PageCell::number("–", None) };
     let shown = match (estimate.by, estimate.band) {
         (By::Profile | By::Replicates(_), Some((low, high))) => {
             let std = 0.25 * (high - low);
@@ -201,5 +202,5 @@ fn number(estimate: Option<&Estimate>) -> Cell {
         }
         _ => dgd_work::shown(estimate.value, estimate.std),
     };
-    Cell::number(&shown, Some(estimate.value))
+    PageCell::number(&shown, Some(estimate.value))
 }

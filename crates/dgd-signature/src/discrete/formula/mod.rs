@@ -66,6 +66,32 @@ impl Formulas {
 }
 
 impl Operation {
+    /// Its name in the source of a generated model.
+    pub fn ident(self) -> &'static str {
+        match self {
+            Self::Constant(..) => "Constant",
+            Self::Time => "Time",
+            Self::Unknown(..) => "Unknown",
+            Self::Input(..) => "Input",
+            Self::Parameter(..) => "Parameter",
+            Self::Discrete(..) => "Discrete",
+            Self::Negate(..) => "Negate",
+            Self::Add(..) => "Add",
+            Self::Subtract(..) => "Subtract",
+            Self::Multiply(..) => "Multiply",
+            Self::Divide(..) => "Divide",
+            Self::Call(..) => "Call",
+            Self::Call2(..) => "Call2",
+            Self::Curve(..) => "Curve",
+            Self::Above(..) => "Above",
+            Self::NotBelow(..) => "NotBelow",
+            Self::And(..) => "And",
+            Self::Or(..) => "Or",
+            Self::Not(..) => "Not",
+            Self::Select(..) => "Select",
+        }
+    }
+
     /// The operations whose values it reads.
     pub fn operands(self) -> impl Iterator<Item = u32> {
         let [a, b, c] = match self {

@@ -6,9 +6,9 @@ mod sensors;
 mod twin;
 
 use dgd_compiler::model::Model;
-use dgd_compiler::pipeline::Directions;
+use dgd_compiler::pipeline::SensitivityDirections;
 use dgd_compiler::units::parse_unit;
-use dgd_discover::{MissingTerms, NoSuchTerm, Recording as Readings, inputs_with};
+use dgd_discover::{MissingTerms, NoSuchTerm, ReconstructedRecording as Readings, inputs_with};
 use dgd_identify::Recording;
 use dgd_identify::inversion::{InversionError, InversionProblem, invert as invert_equation};
 use dgd_runtime::{Inputs, System, Unit};
@@ -33,7 +33,8 @@ pub fn invert(request: &InvertRequest, session: Session<'_>) -> Result<Missing, 
         let message = "`invert` needs what was measured: give a recording with `--data FILE`";
         return Err(WorkError::Usage(message.to_owned()));
     }
-    let loaded = load(&request.run.model, &request.run.choices, &Directions::None, session)?;
+    let loaded =
+        load(&request.run.model, &request.run.choices, &SensitivityDirections::None, session)?;
     let model = loaded.compiled.model.clone();
     let label = request.equation.as_str();
     let terms = opened(&model, label, request)?;

@@ -1,6 +1,6 @@
 //! The page of an inversion: the figure and its provenance.
 
-use dgd_page::{Link, Markup, Page, Tone};
+use dgd_page::{ChartLink, HeadlineTone, Markup, Page};
 
 use super::Missing;
 use crate::output::page::origin;
@@ -12,8 +12,8 @@ impl Missing {
         let mut page = Page::new(&format!("{model}: what {equation} lacks"));
         let kind = Markup::text("Inversion of ").then(&Markup::code(model));
         let headline = format!("What equation `{equation}` lacks, from what was measured");
-        page.push_header(&kind, &Markup::prose(&headline), Tone::Plain, &[]);
-        let chart = page.chart(&self.figure(), Link::With("inversion"), &Markup::default());
+        page.push_header(&kind, &Markup::prose(&headline), HeadlineTone::Plain, &[]);
+        let chart = page.chart(&self.figure(), ChartLink::With("inversion"), &Markup::default());
         page.push_section("What is missing", &[chart]);
         // The first line is the headline.
         let text = self.to_text();

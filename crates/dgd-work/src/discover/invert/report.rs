@@ -4,8 +4,8 @@ use std::fmt::Write as _;
 use std::io;
 
 use dgd_data::Epoch;
-use dgd_identify::inversion::{Inverted, Source};
-use dgd_plot::{Envelope, Figure, Panel, Series, Style, Text};
+use dgd_identify::inversion::{InvertedTerm, SignalSource};
+use dgd_plot::{Envelope, Figure, MathText, Panel, PlotSeries, SeriesStyle};
 use dgd_runtime::{Signature, Unit};
 use serde::{Serialize, Serializer};
 use serde_json::{Value, json};
@@ -34,7 +34,7 @@ pub struct Missing {
     /// Label of the equation.
     pub equation: String,
     /// The inversion, SI.
-    pub found: Inverted,
+    pub found: InvertedTerm,
     /// The smoothed estimate, if requested.
     pub twin: Option<Twin>,
     /// Versions and digests of the inputs.
@@ -53,16 +53,16 @@ impl Missing {
     pub(super) fn new(
         request: &InvertRequest,
         signature: &Signature,
-        found: Inverted,
+        found: InvertedTerm,
         [unit, si]: [Unit; 2],
         sensors: Vec<Sensor>,
         twin: Option<Twin>,
         provenance: Provenance,
     ) -> Self {
-        let source = |source: &Source| match source {
-            Source::Output(i) => signature.outputs[*i].name.to_string(),
-            Source::Equation(i) => format!("equation {}", signature.equations.at(*i)),
-            Source::Together => "all outputs and equations together".to_owned(),
+        let source = |source: &SignalSource| match source {
+            SignalSource::Output(i) => signature.outputs[*i].name.to_string(),
+            SignalSource::Equation(i) => format!("equation {}", signature.equations.get(*i)),
+            SignalSource::Together => "all outputs and equations together".to_owned(),
         };
         let signals = found.signals.iter().map(|signal| {
             let name = signature.unknowns.name(signal.unknown).into_owned();
@@ -73,7 +73,7 @@ impl Missing {
         let everything = found
             .signals
             .iter()
-            .any(|own| own.sources.iter().any(|source| !matches!(source, Source::Output(_))));
+            .any(|own| own.sources.iter().any(|source| !matches!(source, SignalSource::Output(_))));
         let sensors = sensors.into_iter().filter(|own| everything || by_readings(&own.name));
         Missing {
             model: signature.name.to_string(),
@@ -134,7 +134,7 @@ impl Missing {
             NamedColumn::new(name, unit, Kind::Output, values.to_vec())
         };
         let sum_unit = self.sum_unit();
-        let Inverted { times, missing, integral, .. } = &self.found;
+        let InvertedTerm { times, missing, integral, .. } = &self.found;
         let mut columns = vec![
             column("missing", &self.unit, &missing.value),
             column("missing_std", &self.unit, &missing.std),
@@ -168,7 +168,7 @@ impl Missing {
 
     /// Intervals in which it is significant, s.
     fn windows(&self) -> Vec<[f64; 2]> {
-        let Inverted { times, missing, .. } = &self.found;
+        let InvertedTerm { times, missing, .. } = &self.found;
         let mut windows: Vec<[f64; 2]> = Vec::new();
         let mut is_open = false;
         for (k, t) in times.iter().enumerate() {
@@ -259,7 +259,8 @@ impl Missing {
 
     /// The JSON without the columns.
     pub fn details(&self) -> Value {
-        let Inverted { bandwidth, is_chosen, left_out, integral, missing, times, .. } = &self.found;
+        let InvertedTerm { bandwidth, is_chosen, left_out, integral, missing, times, .. } =
+            &self.found;
         let largest = self.largest().map(|k| {
             json!({
                 "t": times[k],
@@ -295,52 +296,58 @@ impl Missing {
 
     /// The missing term with its band and the smoothed estimate; below, the integral.
     pub fn figure(&self) -> Figure {
-        let Inverted { times, missing, integral, bandwidth, .. } = &self.found;
+        let InvertedTerm { times, missing, integral, bandwidth, .. } = &self.found;
         let mut top = Panel {
-            title: Text::plain(&format!("Missing in {}", self.equation)),
-            y_label: Text::default().with_unit(&self.unit.symbol),
+            title: MathText::plain(&format!("Missing in {}", self.equation)),
+            y_label: MathText::default().with_unit(&self.unit.symbol),
             ..Panel::default()
         };
         let title = format!("measured, means over ± {} s", short(*bandwidth, 2));
-        let name = Text::plain(&title);
+        let name = MathText::plain(&title);
         add(&mut top, name, times, [&missing.value, &missing.std], self.unit.factor);
         let mut panels = vec![];
         if let Some(twin) = &self.twin {
-            let name = Text::plain("estimated by a smoother");
+            let name = MathText::plain("estimated by a smoother");
             add(&mut top, name, &twin.times, [&twin.value, &twin.std], self.unit.factor);
         }
         panels.push(top);
         if let Some(integral) = integral {
             let unit = self.sum_unit();
             let mut below = Panel {
-                title: Text::plain("Its integral"),
-                y_label: Text::default().with_unit(&unit.symbol),
+                title: MathText::plain("Its integral"),
+                y_label: MathText::default().with_unit(&unit.symbol),
                 ..Panel::default()
             };
-            let name = Text::plain("measured");
+            let name = MathText::plain("measured");
             add(&mut below, name, times, [&integral.value, &integral.std], unit.factor);
             if let (Some(twin), Some(sum)) = (&self.twin, self.twin_sum()) {
-                let name = Text::plain("estimated by a smoother");
+                let name = MathText::plain("estimated by a smoother");
                 let y = sum.iter().map(|value| value / unit.factor).collect();
-                below.series.push(Series::new(name, Style::Line, twin.times.clone(), y));
+                below.series.push(PlotSeries::new(name, SeriesStyle::Line, twin.times.clone(), y));
             }
             panels.push(below);
         }
-        Figure::new(Text::plain("Time").with_unit("s"), panels)
+        Figure::new(MathText::plain("Time").with_unit("s"), panels)
     }
 }
 
 /// Adds a line with its band of twice the standard deviation.
-fn add(panel: &mut Panel, name: Text, times: &[f64], [value, std]: [&Vec<f64>; 2], factor: f64) {
+fn add(
+    panel: &mut Panel,
+    name: MathText,
+    times: &[f64],
+    [value, std]: [&Vec<f64>; 2],
+    factor: f64,
+) {
     let edge = |k: f64| value.iter().zip(std).map(|(v, s)| (v + k * s) / factor).collect();
     panel.envelopes.push(Envelope {
-        name: Text::default(),
+        name: MathText::default(),
         around: Some(panel.series.len()),
         x: times.to_vec(),
         low: edge(-BAND),
         high: edge(BAND),
     });
-    panel.series.push(Series::new(name, Style::Line, times.to_vec(), edge(0.0)));
+    panel.series.push(PlotSeries::new(name, SeriesStyle::Line, times.to_vec(), edge(0.0)));
 }
 
 impl Serialize for Missing {

@@ -1,7 +1,8 @@
 //! The smoothed estimate of a missing term, as discoveries draw it.
 
 use dgd_discover::{
-    Deviations, MissingTerms, Recording as Readings, UnknownInput, reconstruct, unknown_input,
+    Deviations, MissingTerms, ReconstructedRecording as Readings, UnknownInput, reconstruct,
+    unknown_input,
 };
 use dgd_identify::Recording;
 use dgd_runtime::{Problem, observe, simulate};
@@ -75,7 +76,7 @@ fn smoothed(
     let trajectory =
         simulate(&problem, &times, &run.options).map_err(|failure| failure.error.to_string())?;
     let simulated = observe(&problem, &trajectory).w;
-    let deviations = Deviations::along(terms, &run.p, &recording.inputs, &trajectory)
+    let deviations = Deviations::linearize(terms, &run.p, &recording.inputs, &trajectory)
         .map_err(|error| error.to_string())?;
     let residuals: Vec<f64> = measured.iter().zip(&simulated).map(|(m, s)| m - s).collect();
     let unseen = || "no output that was measured sees what is missing".to_owned();

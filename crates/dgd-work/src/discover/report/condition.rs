@@ -1,6 +1,6 @@
 //! The condition that coincides with windows, in words and for programs.
 
-use dgd_discover::{Condition, ConditionKind, FoundRegime};
+use dgd_discover::{ConditionKind, FoundRegime, WindowCondition};
 use dgd_runtime::Unit;
 
 use super::result_json::number;
@@ -12,8 +12,8 @@ const DIGITS: i32 = 3;
 
 /// As text: ``while `q` falls by more than 1.9 lpm per second, taken over 40 s: 94 % of the windows, 3 % of the rest``.
 /// Names are between backticks.
-pub(super) fn words(condition: &Condition) -> String {
-    let Condition { share_inside, share_outside, p_value, shifts, .. } = condition;
+pub(super) fn words(condition: &WindowCondition) -> String {
+    let WindowCondition { share_inside, share_outside, p_value, shifts, .. } = condition;
     format!(
         "{}: {} of the windows, {} of the rest ({})",
         holds(condition),
@@ -36,8 +36,8 @@ pub(super) fn regime(regime: &FoundRegime) -> String {
 }
 
 /// ``while `q` falls by more than 1.9 lpm per second, taken over 40 s``.
-fn holds(condition: &Condition) -> String {
-    let Condition { quantity, kind, .. } = condition;
+fn holds(condition: &WindowCondition) -> String {
+    let WindowCondition { quantity, kind, .. } = condition;
     let holds = match kind {
         ConditionKind::Above => format!("is above {}", level(condition)),
         ConditionKind::Below => format!("is below {}", level(condition)),
@@ -50,7 +50,7 @@ fn holds(condition: &Condition) -> String {
 }
 
 /// For programs.
-pub(super) fn entry(condition: &Condition) -> ConditionEntry {
+pub(super) fn entry(condition: &WindowCondition) -> ConditionEntry {
     let (kind, mode) = match &condition.kind {
         ConditionKind::Above => ("above", None),
         ConditionKind::Below => ("below", None),
@@ -74,8 +74,8 @@ pub(super) fn entry(condition: &Condition) -> ConditionEntry {
 }
 
 /// The threshold in the unit of the quantity, or in that of its slope.
-fn threshold(condition: &Condition) -> (Option<f64>, String) {
-    let Condition { kind, threshold, unit, .. } = condition;
+fn threshold(condition: &WindowCondition) -> (Option<f64>, String) {
+    let WindowCondition { kind, threshold, unit, .. } = condition;
     match kind {
         ConditionKind::Above | ConditionKind::Below | ConditionKind::Mode(_) => {
             (threshold.map(|threshold| unit.from_si(threshold)), unit.symbol.to_string())
@@ -87,12 +87,12 @@ fn threshold(condition: &Condition) -> (Option<f64>, String) {
     }
 }
 
-fn level(condition: &Condition) -> String {
+fn level(condition: &WindowCondition) -> String {
     let (threshold, unit) = threshold(condition);
     with_unit(rounded(threshold.unwrap_or(f64::NAN), DIGITS), &unit)
 }
 
-fn slope(condition: &Condition) -> String {
+fn slope(condition: &WindowCondition) -> String {
     let (threshold, _) = threshold(condition);
     let unit = of_differences(&condition.unit);
     let each = with_unit(rounded(threshold.unwrap_or(f64::NAN), DIGITS), &unit.symbol);
@@ -104,8 +104,8 @@ fn slope(condition: &Condition) -> String {
 mod tests {
     use super::*;
 
-    fn condition(kind: ConditionKind, threshold: Option<f64>, unit: Unit) -> Condition {
-        Condition {
+    fn condition(kind: ConditionKind, threshold: Option<f64>, unit: Unit) -> WindowCondition {
+        WindowCondition {
             quantity: "x".to_owned(),
             kind,
             threshold,

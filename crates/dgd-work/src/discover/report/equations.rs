@@ -1,6 +1,6 @@
 //! The equations of a model's text.
 
-use dgd_compiler::model::typeset::formula::{Line, lines};
+use dgd_compiler::model::typeset::formula::{FormulaLine, lines};
 use dgd_compiler::model::typeset::mathml;
 
 use super::Subject;
@@ -33,10 +33,12 @@ fn typeset(subject: &Subject<'_>, text: &str) -> Result<Vec<Equation>, WorkError
         Ok(resolved) => resolved,
         Err(reported) => return Err(compilation.fail(reported)),
     };
-    let equation = |line: &Line| {
+    let equation = |line: &FormulaLine| {
         let label = match line {
-            Line::Equation { label, .. } => label.clone().unwrap_or_default(),
-            Line::Mode(_) | Line::Transition(_) | Line::Bound { .. } => String::new(),
+            FormulaLine::Equation { label, .. } => label.clone().unwrap_or_default(),
+            FormulaLine::Mode(_) | FormulaLine::Transition(_) | FormulaLine::Bound { .. } => {
+                String::new()
+            }
         };
         Equation { formula: mathml::write(line), label }
     };

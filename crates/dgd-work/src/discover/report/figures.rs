@@ -1,7 +1,9 @@
 //! The figures of a report: one panel for each output or equation, stacked over a common time axis.
 
-use dgd_discover::{Discovery, MissingInput, OutputTrace, RecordingTrace, Window};
-use dgd_plot::{Band, Envelope, Figure, Meaning, Panel, Series, Style, Text};
+use dgd_discover::{Discovery, MissingInput, OutputTrace, RecordingTrace, SignalWindow};
+use dgd_plot::{
+    Envelope, Figure, MathText, Panel, PlotSeries, SeriesMeaning, SeriesStyle, ShadedBand,
+};
 use dgd_runtime::Unit;
 
 use crate::output::quantity::of_differences;
@@ -34,18 +36,38 @@ pub(super) fn fit(trace: &RecordingTrace, correction: Correction) -> Vec<Figure>
         let in_unit = |values: &[f64]| shifted(values, &output.unit);
         let mut series = match correction {
             Correction::None => {
-                vec![series(Meaning::Simulated, Style::Line, &trace.times, in_unit(&output.after))]
+                vec![series(
+                    SeriesMeaning::Simulated,
+                    SeriesStyle::Line,
+                    &trace.times,
+                    in_unit(&output.after),
+                )]
             }
             Correction::Made => vec![
-                series(Meaning::Before, Style::Line, &trace.times, in_unit(&output.before)),
-                series(Meaning::After, Style::Line, &trace.times, in_unit(&output.after)),
+                series(
+                    SeriesMeaning::Before,
+                    SeriesStyle::Line,
+                    &trace.times,
+                    in_unit(&output.before),
+                ),
+                series(
+                    SeriesMeaning::After,
+                    SeriesStyle::Line,
+                    &trace.times,
+                    in_unit(&output.after),
+                ),
             ],
         };
         let measured = in_unit(&output.measured);
-        series.push(self::series(Meaning::Measured, Style::ThinLine, &trace.times, measured));
+        series.push(self::series(
+            SeriesMeaning::Measured,
+            SeriesStyle::ThinLine,
+            &trace.times,
+            measured,
+        ));
         Panel {
-            title: Text::name(&output.name),
-            y_label: Text::default().with_unit(&output.unit.symbol),
+            title: MathText::name(&output.name),
+            y_label: MathText::default().with_unit(&output.unit.symbol),
             series,
             bands: bands(&output.windows),
             ..Panel::default()
@@ -67,30 +89,34 @@ pub(super) fn error_panels(trace: &RecordingTrace, correction: Correction) -> Ve
             let pairs = output.measured.iter().zip(simulated);
             pairs.map(|(measured, simulated)| (measured - simulated) / unit.factor).collect()
         };
-        let thin =
-            |meaning, simulated| series(meaning, Style::ThinLine, &trace.times, error(simulated));
+        let thin = |meaning, simulated| {
+            series(meaning, SeriesStyle::ThinLine, &trace.times, error(simulated))
+        };
         let series = match correction {
-            Correction::None => vec![Series {
-                name: Text::plain("measured − simulated"),
-                ..thin(Meaning::Residual, &output.after)
+            Correction::None => vec![PlotSeries {
+                name: MathText::plain("measured − simulated"),
+                ..thin(SeriesMeaning::Residual, &output.after)
             }],
             Correction::Made => {
-                vec![thin(Meaning::Before, &output.before), thin(Meaning::After, &output.after)]
+                vec![
+                    thin(SeriesMeaning::Before, &output.before),
+                    thin(SeriesMeaning::After, &output.after),
+                ]
             }
         };
         let ends: Vec<f64> =
             trace.times.first().into_iter().chain(trace.times.last()).copied().collect();
         let reach = vec![REACH * output.noise / unit.factor; ends.len()];
         let noise = Envelope {
-            name: Text::plain("± 2 standard deviations of the noise"),
+            name: MathText::plain("± 2 standard deviations of the noise"),
             around: None,
             x: ends,
             low: reach.iter().map(|reach| -reach).collect(),
             high: reach,
         };
         Panel {
-            title: Text::name(&output.name),
-            y_label: Text::default().with_unit(&unit.symbol),
+            title: MathText::name(&output.name),
+            y_label: MathText::default().with_unit(&unit.symbol),
             series,
             bands: bands(&output.windows),
             envelopes: vec![noise],
@@ -107,17 +133,17 @@ pub(super) fn missing<'a>(traces: impl IntoIterator<Item = &'a MissingInput>) ->
             trace.value.iter().zip(&trace.std).map(|(value, std)| value + side * std).collect()
         };
         Panel {
-            title: Text::plain(&trace.target()),
-            y_label: Text::default().with_unit(&trace.unit),
-            series: vec![Series::new(
-                Text::plain("missing"),
-                Style::Line,
+            title: MathText::plain(&trace.target()),
+            y_label: MathText::default().with_unit(&trace.unit),
+            series: vec![PlotSeries::new(
+                MathText::plain("missing"),
+                SeriesStyle::Line,
                 trace.times.clone(),
                 trace.value.clone(),
             )],
             bands: bands(&trace.windows),
             envelopes: vec![Envelope {
-                name: Text::plain("± 2 standard deviations"),
+                name: MathText::plain("± 2 standard deviations"),
                 around: Some(0),
                 x: trace.times.clone(),
                 low: edge(-REACH),
@@ -129,23 +155,26 @@ pub(super) fn missing<'a>(traces: impl IntoIterator<Item = &'a MissingInput>) ->
     pages(&traces.into_iter().map(panel).collect::<Vec<_>>())
 }
 
-fn series(meaning: Meaning, style: Style, times: &[f64], y: Vec<f64>) -> Series {
+fn series(meaning: SeriesMeaning, style: SeriesStyle, times: &[f64], y: Vec<f64>) -> PlotSeries {
     let name = match meaning {
-        Meaning::Measured => "measured",
-        Meaning::Simulated => "simulated",
-        Meaning::Before => "before",
-        Meaning::After => "after",
-        Meaning::Residual | Meaning::Input(_) | Meaning::Variant(_) | Meaning::OneOfSeveral => "",
+        SeriesMeaning::Measured => "measured",
+        SeriesMeaning::Simulated => "simulated",
+        SeriesMeaning::Before => "before",
+        SeriesMeaning::After => "after",
+        SeriesMeaning::Residual
+        | SeriesMeaning::Input(_)
+        | SeriesMeaning::Variant(_)
+        | SeriesMeaning::OneOfSeveral => "",
     };
-    Series { meaning, ..Series::new(Text::plain(name), style, times.to_vec(), y) }
+    PlotSeries { meaning, ..PlotSeries::new(MathText::plain(name), style, times.to_vec(), y) }
 }
 
 fn shifted(values: &[f64], unit: &Unit) -> Vec<f64> {
     values.iter().map(|value| unit.from_si(*value)).collect()
 }
 
-fn bands(windows: &[Window]) -> Vec<Band> {
-    windows.iter().map(|window| Band { from: window.from, to: window.until }).collect()
+fn bands(windows: &[SignalWindow]) -> Vec<ShadedBand> {
+    windows.iter().map(|window| ShadedBand { from: window.from, to: window.until }).collect()
 }
 
 fn pages(panels: &[Panel]) -> Vec<Figure> {
@@ -154,5 +183,5 @@ fn pages(panels: &[Panel]) -> Vec<Figure> {
 
 /// Stacks panels over one time axis.
 pub(super) fn below_each_other(panels: &[Panel]) -> Figure {
-    Figure { columns: 1, ..Figure::new(Text::plain("Time").with_unit("s"), panels.to_vec()) }
+    Figure { columns: 1, ..Figure::new(MathText::plain("Time").with_unit("s"), panels.to_vec()) }
 }

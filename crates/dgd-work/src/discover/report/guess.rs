@@ -1,6 +1,6 @@
 //! A formula that resembles a missing term, for programs and as text.
 
-use dgd_discover::{Discovery, Guess, GuessedTerm, Unexplained, Verdict};
+use dgd_discover::{Discovery, FormulaGuess, GuessedTerm, UnexplainedError, Verdict};
 
 use super::law;
 use super::result_json::number;
@@ -16,7 +16,7 @@ pub(super) fn is_told(discovery: &Discovery) -> bool {
 }
 
 /// As text, with its caveat. Code is between backticks.
-pub(super) fn words(unexplained: &Unexplained) -> String {
+pub(super) fn words(unexplained: &UnexplainedError) -> String {
     let Some(guess) = &unexplained.guess else { return NONE.to_owned() };
     let held_out = if guess.is_of_recordings {
         "on validation recordings"
@@ -34,7 +34,7 @@ pub(super) fn words(unexplained: &Unexplained) -> String {
 }
 
 /// For programs.
-pub(super) fn entry(guess: &Guess) -> GuessEntry {
+pub(super) fn entry(guess: &FormulaGuess) -> GuessEntry {
     let term = |term: &GuessedTerm| GuessTermEntry {
         value: number(term.coefficient / term.unit.factor),
         unit: term.unit.symbol.to_string(),
@@ -57,7 +57,7 @@ pub(super) fn held_out(is_of_recordings: bool) -> &'static str {
 }
 
 /// The formula as an effect file, with its parameters and the ranges over which it was compared with recordings.
-pub(super) fn as_file(guess: &Guess, file: &str) -> LawFile {
+pub(super) fn as_file(guess: &FormulaGuess, file: &str) -> LawFile {
     LawFile {
         file: file.to_owned(),
         formula: guess.formula.clone(),

@@ -30,9 +30,9 @@ mod verdict;
 use std::path::{Path, PathBuf};
 
 use dgd_data::FileSystem;
-use dgd_data::files::Files;
+use dgd_data::files::ResultFolder;
 use dgd_discover::Discovery;
-use dgd_plot::{Figure, Text};
+use dgd_plot::{Figure, MathText};
 
 use crate::error::WorkError;
 use crate::output::provenance::Provenance;
@@ -102,7 +102,7 @@ pub(crate) fn gap_figure(discovery: &Discovery) -> Figure {
     }
     let role = if trace.held_out { "validation" } else { "training" };
     let title = format!("Measured less simulated, {role} recording {}", trace.name);
-    Figure { title: Text::plain(&title), ..figures::below_each_other(&panels) }
+    Figure { title: MathText::plain(&title), ..figures::below_each_other(&panels) }
 }
 
 /// The page to read.
@@ -116,11 +116,11 @@ fn patch(subject: &Subject<'_>) -> String {
     diff::unified(subject.base, &subject.discovery.corrected, &file)
 }
 
-pub(super) fn files(subject: &Subject<'_>) -> Result<Files, WorkError> {
+pub(super) fn files(subject: &Subject<'_>) -> Result<ResultFolder, WorkError> {
     let name = subject.model_name();
     let file = format!("{name}.dgd");
     let patch = patch(subject);
-    let mut files = Files::default();
+    let mut files = ResultFolder::default();
     let mut add = |name: &str, content: Vec<u8>| files.written.push((name.to_owned(), content));
     add("report.html", page::write(subject, &patch)?.into_bytes());
     add("result.json", result_json::write(subject).into_bytes());

@@ -3,9 +3,11 @@
 use std::path::Path;
 
 use askama::Template;
-use dgd_discover::{Condition, Discovery, FoundEffect, ParameterValue, Ranked, RecordingTrace};
-use dgd_page::{Link, Markup, Origin, Page};
-use dgd_plot::{Figure, Text};
+use dgd_discover::{
+    Discovery, FoundEffect, ParameterValue, RankedStructure, RecordingTrace, WindowCondition,
+};
+use dgd_page::{ChartLink, Markup, Page, PageOrigin};
+use dgd_plot::{Figure, MathText};
 
 use super::diff::{self, Changed};
 use super::equations::{self, Equation};
@@ -182,15 +184,15 @@ fn marked_up(rows: Vec<[String; 2]>) -> Vec<[String; 2]> {
     rows.into_iter().map(|[name, value]| [name, prose(&value)]).collect()
 }
 
-fn origin(subject: &Subject<'_>) -> Origin {
+fn origin(subject: &Subject<'_>) -> PageOrigin {
     match subject.provenance {
         Some(provenance) => output::page::origin(provenance, subject.command),
-        None => Origin { command: subject.command.to_owned(), ..Origin::default() },
+        None => PageOrigin { command: subject.command.to_owned(), ..PageOrigin::default() },
     }
 }
 
 /// A condition as markup.
-fn told_condition(condition: &Condition) -> String {
+fn told_condition(condition: &WindowCondition) -> String {
     prose(&condition::words(condition))
 }
 
@@ -227,7 +229,7 @@ fn parameters<'a>(before: &'a [ParameterValue], after: &'a [ParameterValue]) -> 
             name: &parameter.name,
             unit: match &*parameter.unit.symbol {
                 "1" => String::new(),
-                symbol => Text::unit(symbol).to_html(),
+                symbol => MathText::unit(symbol).to_html(),
             },
             before: shown(before, &parameter.name),
             after: shown(after, &parameter.name),
@@ -235,7 +237,7 @@ fn parameters<'a>(before: &'a [ParameterValue], after: &'a [ParameterValue]) -> 
         .collect()
 }
 
-fn ranking_row(ranked: &Ranked) -> [String; 5] {
+fn ranking_row(ranked: &RankedStructure) -> [String; 5] {
     let effects = match ranked.effects.as_slice() {
         [] => "base model".to_owned(),
         effects => effects.join(" + "),
@@ -313,7 +315,7 @@ fn told(trace: &RecordingTrace) -> String {
 fn charts(page: &mut Page, figures: &[Figure], recording: &str, caption: &str) -> Vec<String> {
     let chart = |(k, figure): (usize, &Figure)| {
         let caption = if k == 0 { Markup::text(caption) } else { Markup::default() };
-        page.chart(figure, Link::With(recording), &caption).to_string()
+        page.chart(figure, ChartLink::With(recording), &caption).to_string()
     };
     figures.iter().enumerate().map(chart).collect()
 }

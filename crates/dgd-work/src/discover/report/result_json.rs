@@ -2,8 +2,8 @@
 //! Numbers are in the units that the model declares.
 
 use dgd_discover::{
-    ClosedPlace, Described, FoundEffect, FoundRegime, Gap, ParameterValue, PlaceKind, Power,
-    Ranked, Unexplained,
+    ClosedPlace, DetectionPower, FoundEffect, FoundRegime, OutputGap, ParameterValue, PlaceKind,
+    RankedStructure, ResemblingEffect, UnexplainedError,
 };
 use serde_json::json;
 
@@ -98,7 +98,7 @@ fn effect(effect: &FoundEffect) -> EffectEntry {
     }
 }
 
-fn described((k, described): (usize, &Described)) -> DescribedEntry {
+fn described((k, described): (usize, &ResemblingEffect)) -> DescribedEntry {
     let file = kept_apart::described(k);
     let apply = match described.arguments.as_slice() {
         [] => file.clone(),
@@ -133,7 +133,7 @@ fn untried(closed: &ClosedPlace) -> UntriedPlace {
     UntriedPlace { target: closed.place.called().to_string(), reason: closed.reason.to_string() }
 }
 
-fn smallest(power: &Power) -> PowerEntry {
+fn smallest(power: &DetectionPower) -> PowerEntry {
     PowerEntry {
         name: power.name.clone(),
         parameter: power.parameter.clone(),
@@ -152,7 +152,7 @@ fn kind(kind: PlaceKind) -> &'static str {
     }
 }
 
-fn left_over((k, unexplained): (usize, &Unexplained)) -> UnexplainedEntry {
+fn left_over((k, unexplained): (usize, &UnexplainedError)) -> UnexplainedEntry {
     let guess = unexplained.guess.as_ref();
     UnexplainedEntry {
         target: unexplained.target.clone(),
@@ -173,7 +173,7 @@ fn left_over((k, unexplained): (usize, &Unexplained)) -> UnexplainedEntry {
     }
 }
 
-fn errors(gap: &Gap) -> GapEntry {
+fn errors(gap: &OutputGap) -> GapEntry {
     let unit = of_differences(&gap.unit);
     let shown = |error: f64| number(error / unit.factor);
     GapEntry {
@@ -187,7 +187,7 @@ fn errors(gap: &Gap) -> GapEntry {
     }
 }
 
-fn ranked(ranked: &Ranked) -> RankedEntry {
+fn ranked(ranked: &RankedStructure) -> RankedEntry {
     RankedEntry {
         effects: ranked.effects.clone(),
         train: number(ranked.train),

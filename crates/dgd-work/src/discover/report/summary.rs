@@ -4,8 +4,8 @@ use std::fmt::Write;
 use std::path::Path;
 
 use dgd_discover::{
-    Alternative, Condition, Described, Discovery, FoundEffect, Gap, ParameterValue, Power,
-    Unexplained, Verdict,
+    Alternative, DetectionPower, Discovery, FoundEffect, OutputGap, ParameterValue,
+    ResemblingEffect, UnexplainedError, Verdict, WindowCondition,
 };
 
 use super::{condition, guess, law, together, verdict};
@@ -73,8 +73,8 @@ fn write_text(
     }
     for left in &discovery.unexplained {
         let tie = match left {
-            Unexplained { is_joint: true, .. } => ", together with the others",
-            Unexplained { is_tied: true, .. } => ", about as likely",
+            UnexplainedError { is_joint: true, .. } => ", together with the others",
+            UnexplainedError { is_tied: true, .. } => ", about as likely",
             _ => "",
         };
         writeln!(text, "\nwithout a name: {}{tie}", left.target)?;
@@ -100,7 +100,7 @@ fn write_text(
     }
     if !discovery.power.is_empty() {
         writeln!(text, "\nthese recordings would have shown")?;
-        let shown = |power: &Power| {
+        let shown = |power: &DetectionPower| {
             let unit = of_differences(&power.unit);
             let size = with_unit(rounded(power.smallest / unit.factor, 2), &unit.symbol);
             [power.name.clone(), format!("`{}` from {size}", power.parameter)]
@@ -132,7 +132,7 @@ fn write_text(
 }
 
 /// The share of the discrepancy that a missing term explains, and the evidence against it.
-pub(super) fn place_rows(unexplained: &Unexplained) -> Vec<[String; 2]> {
+pub(super) fn place_rows(unexplained: &UnexplainedError) -> Vec<[String; 2]> {
     let mut rows = Vec::new();
     if let Some(left) = unexplained.left {
         let left = format!("{} times the noise variance", rounded(left, 2));
@@ -173,7 +173,7 @@ pub(super) fn not_tried(discovery: &Discovery, named: usize) -> Vec<[String; 2]>
     by_reason.iter().map(row).collect()
 }
 
-pub(super) fn described_rows(described: &Described) -> Vec<[String; 2]> {
+pub(super) fn described_rows(described: &ResemblingEffect) -> Vec<[String; 2]> {
     let mut rows: Vec<[String; 2]> = described.parameters.iter().map(parameter_row).collect();
     let (training, validation) = described.left;
     let validation = validation
@@ -229,7 +229,7 @@ fn form(alternative: &Alternative) -> &str {
 }
 
 /// The row of the condition that coincides with windows.
-fn goes_with(condition: &Condition) -> [String; 2] {
+fn goes_with(condition: &WindowCondition) -> [String; 2] {
     ["happens".to_owned(), condition::words(condition)]
 }
 
@@ -247,7 +247,7 @@ pub(super) fn evidence(effect: &FoundEffect) -> String {
 
 /// Residuals in the unit of differences: output, unit, noise, training before and after, validation before and after,
 /// and the last of them over the noise.
-pub(super) fn gap_row(gap: &Gap) -> [String; 8] {
+pub(super) fn gap_row(gap: &OutputGap) -> [String; 8] {
     let unit = of_differences(&gap.unit);
     let shown = |error: f64| rounded(error / unit.factor, 2);
     [

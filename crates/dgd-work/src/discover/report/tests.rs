@@ -3,14 +3,15 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use dgd_compiler::pipeline::Directions;
-use dgd_data::Disk;
+use dgd_compiler::pipeline::SensitivityDirections;
+use dgd_data::DiskFiles;
 use dgd_data::files::write_folder;
 use dgd_discover::{
-    Alternative, Condition, ConditionKind, Course, Discovery, Evidence, FoundEffect, FoundLaw, Gap,
-    Guess, GuessedTerm, LawParameter, LawRange, LawTerm, MissingInput, NearForm, OutputTrace,
-    ParameterValue, Place, PlaceKind, PlainCause, PlainCauses, PlainKind, Ranked, RecordingTrace,
-    Screened, Together, Unexplained, Verdict, Window,
+    Alternative, ConditionKind, CorrelatedQuantity, Discovery, Evidence, FormulaGuess, FoundEffect,
+    FoundLaw, GuessedTerm, LawParameter, LawRange, LawTerm, MissingInput, MissingPlace, NearForm,
+    OutputGap, OutputTrace, ParameterValue, PlaceKind, PlainCause, PlainCauses, PlainKind,
+    RankedStructure, RecordingTrace, ScreenedCandidate, SignalWindow, TraceCourse,
+    UnexplainedError, Verdict, WindowCondition,
 };
 use dgd_runtime::{Signature, System, Unit};
 
@@ -53,7 +54,8 @@ struct Simulated {
 
 fn simulated(set: &[&str]) -> Simulated {
     let request = request(set);
-    let loaded = load(&request.model, &request.choices, &Directions::None, Session::new(&Silent));
+    let loaded =
+        load(&request.model, &request.choices, &SensitivityDirections::None, Session::new(&Silent));
     let loaded = loaded.unwrap_or_else(|error| panic!("{error}"));
     let run = Run::prepare(&request, loaded, Session::new(&Silent));
     let run = run.unwrap_or_else(|error| panic!("{error}"));
@@ -80,15 +82,15 @@ fn parameter(name: &str, symbol: &'static str, value: f64, std: Option<f64>) -> 
     ParameterValue { name: name.to_owned(), unit, value, std, std_model: None }
 }
 
-fn window(from: f64, until: f64) -> Window {
-    Window { from, until, mean: 0.004, peak_sigma: 31.0 }
+fn window(from: f64, until: f64) -> SignalWindow {
+    SignalWindow { from, until, mean: 0.004, peak_sigma: 31.0 }
 }
 
 /// A missing term: zero, then a smooth hump.
 fn missing(equation: &str, times: &[f64], size: f64) -> MissingInput {
     let hump = |t: f64| size * (-((t - 300.0) / 60.0).powi(2)).exp();
     MissingInput {
-        place: Place {
+        place: MissingPlace {
             kind: PlaceKind::Equation,
             name: equation.to_owned(),
             unit: "m^3/s".to_owned(),
@@ -103,8 +105,8 @@ fn missing(equation: &str, times: &[f64], size: f64) -> MissingInput {
 }
 
 /// A condition on how a flow falls.
-fn falling(quantity: &str, share_inside: f64, share_outside: f64) -> Condition {
-    Condition {
+fn falling(quantity: &str, share_inside: f64, share_outside: f64) -> WindowCondition {
+    WindowCondition {
         quantity: quantity.to_owned(),
         kind: ConditionKind::Falling,
         threshold: Some(1.9 / 60_000.0),
@@ -118,8 +120,8 @@ fn falling(quantity: &str, share_inside: f64, share_outside: f64) -> Condition {
 }
 
 /// A formula that a missing flow might look like.
-fn guess() -> Guess {
-    Guess {
+fn guess() -> FormulaGuess {
+    FormulaGuess {
         formula: "0.0123 [1/lpm] * q_boost*abs(q_boost)".to_owned(),
         terms: vec![GuessedTerm {
             factor: "* q_boost*abs(q_boost)".to_owned(),
@@ -149,7 +151,7 @@ fn discovery() -> Discovery {
     let outputs = &before.signature.outputs;
     let gap = outputs.iter().enumerate().map(|(i, output)| {
         let error = |run: &Simulated| rms(&run.measured[i], &run.outputs[i]);
-        Gap {
+        OutputGap {
             output: output.name.to_string(),
             unit: output.unit.clone(),
             noise: output.noise.expect("the model declares it"),
@@ -190,14 +192,14 @@ fn discovery() -> Discovery {
     let mut corrected_parameters = base.clone();
     corrected_parameters[1] = parameter("c0", "m", 275.04, Some(0.62));
     corrected_parameters.push(brought.clone());
-    let ranked = |effects: &[&str], train, valid, bic, note: &str| Ranked {
+    let ranked = |effects: &[&str], train, valid, bic, note: &str| RankedStructure {
         effects: effects.iter().map(|&name| name.to_owned()).collect(),
         train,
         valid,
         bic,
         note: note.to_owned(),
     };
-    let screened = |(name, share): (&str, f64)| Screened { name: name.to_owned(), share };
+    let screened = |(name, share): (&str, f64)| ScreenedCandidate { name: name.to_owned(), share };
     let text = base_text();
     let corrected = text
         .replace("q_ssp - q_boost - q_tf\n", "q_ssp - k_b*q_boost - q_tf\n")
@@ -281,7 +283,7 @@ fn left_over() -> Discovery {
         verdict: Verdict::Unexplained,
         reason: "No effect of the library takes away more than 20 % of the excess error.".into(),
         effects: Vec::new(),
-        unexplained: vec![Unexplained {
+        unexplained: vec![UnexplainedError {
             target: "riser".to_owned(),
             is_tied: false,
             is_joint: false,
@@ -290,7 +292,7 @@ fn left_over() -> Discovery {
             told_apart_by: None,
             gain: 1234.5,
             windows: vec![[210.0, 395.0]],
-            condition: Some(Condition {
+            condition: Some(WindowCondition {
                 kind: ConditionKind::Above,
                 over: None,
                 threshold: Some(1250.0 / 60_000.0),
@@ -299,15 +301,15 @@ fn left_over() -> Discovery {
             description: "up to 0.004 m³/s flow into the riser while the booster stands".into(),
             trace: original.missing[0].clone(),
             together: vec![
-                Together {
+                CorrelatedQuantity {
                     quantity: "h_r".to_owned(),
-                    course: Course::Falls,
+                    course: TraceCourse::Falls,
                     r2: 0.934,
                     is_of_recordings: true,
                 },
-                Together {
+                CorrelatedQuantity {
                     quantity: "time".to_owned(),
-                    course: Course::Turns,
+                    course: TraceCourse::Turns,
                     r2: 0.612,
                     is_of_recordings: true,
                 },
@@ -331,7 +333,7 @@ fn written(folder: &Path, discovery: &Discovery) -> Vec<String> {
         discovery,
         model: Path::new(MODEL),
         base: &base_text(),
-        files: &Disk,
+        files: &DiskFiles,
         choices: &choices,
         training: &[PathBuf::from("monday.csv")],
         held_out: &[PathBuf::from("friday.csv")],
@@ -605,7 +607,12 @@ fn a_discovery_with_nothing_in_it_is_written_too() {
         gap: discovery()
             .gap
             .into_iter()
-            .map(|gap| Gap { valid_before: f64::NAN, valid_after: f64::NAN, noise: 0.0, ..gap })
+            .map(|gap| OutputGap {
+                valid_before: f64::NAN,
+                valid_after: f64::NAN,
+                noise: 0.0,
+                ..gap
+            })
             .collect(),
         traces: Vec::new(),
         missing: Vec::new(),

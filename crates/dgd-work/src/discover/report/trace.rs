@@ -1,7 +1,7 @@
 //! `unexplained.csv`: the missing term of each equation that no effect explains.
 
-use dgd_data::write::{Written, write_table};
-use dgd_discover::{MissingInput, Unexplained};
+use dgd_data::write::{OutputColumn, write_table};
+use dgd_discover::{MissingInput, UnexplainedError};
 use dgd_runtime::Unit;
 
 use crate::error::WorkError;
@@ -9,12 +9,12 @@ use crate::error::WorkError;
 /// A table of time, value and standard deviation for each equation; `None` if everything is explained.
 ///
 /// All traces are of one recording. A trace without a sample at a time of the first one has no value there.
-pub(super) fn table(unexplained: &[Unexplained]) -> Result<Option<Vec<u8>>, WorkError> {
+pub(super) fn table(unexplained: &[UnexplainedError]) -> Result<Option<Vec<u8>>, WorkError> {
     let Some(first) = unexplained.first() else {
         return Ok(None);
     };
     let mut columns: Vec<(String, Unit, Vec<f64>)> = Vec::new();
-    for Unexplained { trace, .. } in unexplained {
+    for UnexplainedError { trace, .. } in unexplained {
         let unit = Unit { symbol: trace.unit.clone().into(), factor: 1.0, offset: 0.0 };
         let times = &first.trace.times;
         if columns.iter().any(|(name, ..)| *name == trace.target()) {
@@ -23,8 +23,8 @@ pub(super) fn table(unexplained: &[Unexplained]) -> Result<Option<Vec<u8>>, Work
         columns.push((trace.target(), unit.clone(), at(trace, &trace.value, times)));
         columns.push((format!("{}_std", trace.target()), unit, at(trace, &trace.std, times)));
     }
-    let columns: Vec<Written<'_>> =
-        columns.iter().map(|(name, unit, values)| Written::new(name, unit, values)).collect();
+    let columns: Vec<OutputColumn<'_>> =
+        columns.iter().map(|(name, unit, values)| OutputColumn::new(name, unit, values)).collect();
     let mut text = Vec::new();
     write_table(&mut text, Some(&first.trace.times), &columns)
         .map_err(|error| WorkError::Found(error.to_string()))?;

@@ -129,11 +129,11 @@ mod tests {
     #[test]
     fn variants_and_effects_stand_behind_the_model() {
         let files = InMemory::default()
-            .with("out/tank.dgd", "")
-            .with("out/law_1.dgd", "")
-            .with("out/result.json", "")
-            .with("two/a.dgd", "")
-            .with("two/b.dgd", "");
+            .with_file("out/tank.dgd", "")
+            .with_file("out/law_1.dgd", "")
+            .with_file("out/result.json", "")
+            .with_file("two/a.dgd", "")
+            .with_file("two/b.dgd", "");
         let parse = |text: &str| named(text, &files).unwrap_or_else(|error| panic!("{error}"));
         let both = parse("a/m.dgd@flow=static+leak(T, heat)+effects/x.dgd");
         assert_eq!(both.model, Path::new("a/m.dgd"));

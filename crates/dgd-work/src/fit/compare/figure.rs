@@ -1,6 +1,6 @@
 //! The figure of a comparison: each output as measured and by each contender, and the residuals.
 
-use dgd_plot::{Figure, Meaning, Panel, Series, Style, Text};
+use dgd_plot::{Figure, MathText, Panel, PlotSeries, SeriesMeaning, SeriesStyle};
 
 use super::Comparison;
 use crate::fit::page::traces::Trace;
@@ -10,9 +10,11 @@ use crate::output::figure::{Line, Subject, beside};
 pub(super) fn figure(all: &Comparison) -> Figure {
     let traces = &all.contenders[0].fitted.traces;
     let shown = traces.iter().position(|trace| trace.is_valid).unwrap_or(0);
-    let Some(trace) = traces.get(shown) else { return Figure::new(Text::default(), Vec::new()) };
+    let Some(trace) = traces.get(shown) else {
+        return Figure::new(MathText::default(), Vec::new());
+    };
     let title = format!("Measured and contenders, {}", trace.name);
-    Figure { title: Text::plain(&title), ..of_recording(all, shown) }
+    Figure { title: MathText::plain(&title), ..of_recording(all, shown) }
 }
 
 /// The figure of one recording, with a line for each contender at the index of its label.
@@ -31,7 +33,7 @@ pub(super) fn of_recording(all: &Comparison, recording: usize) -> Figure {
         let residuals: Vec<Vec<f64>> =
             (0..all.contenders.len()).map(|k| errors_of_contender(k).unwrap_or_default()).collect();
         let line = |name: &str, values: Vec<f64>, meaning| Line {
-            name: Text::plain(name),
+            name: MathText::plain(name),
             times: first.times.clone(),
             values,
             meaning,
@@ -43,27 +45,32 @@ pub(super) fn of_recording(all: &Comparison, recording: usize) -> Figure {
             let Some((errors_of_contender, i, _)) = trace(k) else { continue };
             let in_first = |w: &f64| declared.from_si(w * unit(k, i).factor + unit(k, i).offset);
             let values = errors_of_contender.simulated[i].iter().map(in_first).collect();
-            lines.push(line(&one.label, values, Meaning::Variant(k)));
+            lines.push(line(&one.label, values, SeriesMeaning::Variant(k)));
         }
-        lines.push(line("measured", measured.clone(), Meaning::Measured));
+        lines.push(line("measured", measured.clone(), SeriesMeaning::Measured));
         subjects.push(Subject {
-            title: Text::name(&output.name),
+            title: MathText::name(&output.name),
             unit: declared.symbol.to_string(),
             lines,
         });
         let numbered = all.contenders.iter().zip(residuals).enumerate();
-        let series = numbered.map(|(k, (one, y))| Series {
-            meaning: Meaning::Variant(k),
-            ..Series::new(Text::plain(&one.label), Style::ThinLine, first.times.clone(), y)
+        let series = numbered.map(|(k, (one, y))| PlotSeries {
+            meaning: SeriesMeaning::Variant(k),
+            ..PlotSeries::new(
+                MathText::plain(&one.label),
+                SeriesStyle::ThinLine,
+                first.times.clone(),
+                y,
+            )
         });
         errors.push(Panel {
-            title: Text::name(&output.name).then(Text::plain(", measured less simulated")),
-            y_label: Text::default().with_unit("σ"),
+            title: MathText::name(&output.name).then(MathText::plain(", measured less simulated")),
+            y_label: MathText::default().with_unit("σ"),
             series: series.collect(),
             ..Panel::default()
         });
     }
-    beside(&subjects, errors, Text::plain("Time").with_unit("s"))
+    beside(&subjects, errors, MathText::plain("Time").with_unit("s"))
 }
 
 /// The standard deviation of an output's readings, if they have one.

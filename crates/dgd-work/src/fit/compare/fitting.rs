@@ -1,6 +1,6 @@
 //! Fits all contenders with the same settings, one after the other; a failure does not end the others.
 
-use dgd_compiler::pipeline::Directions;
+use dgd_compiler::pipeline::SensitivityDirections;
 
 use super::contender::Named;
 use super::label;
@@ -118,11 +118,11 @@ pub(super) fn set(
         for (k, one) in named.iter().enumerate() {
             let mut choices = one.choices.clone();
             choices.set.push(setting.clone());
-            match load(&one.model, &choices, &Directions::None, session) {
+            match load(&one.model, &choices, &SensitivityDirections::None, session) {
                 Ok(_) => known.push(k),
                 Err(error) => {
                     // Report mistakes that exist without the setting first.
-                    load(&one.model, &one.choices, &Directions::None, session)?;
+                    load(&one.model, &one.choices, &SensitivityDirections::None, session)?;
                     first_error.get_or_insert(error);
                 }
             }

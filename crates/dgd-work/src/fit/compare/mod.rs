@@ -14,8 +14,8 @@ mod ratio;
 mod score;
 mod summary;
 
-use dgd_compiler::pipeline::Directions;
-use dgd_data::files::Files;
+use dgd_compiler::pipeline::SensitivityDirections;
+use dgd_data::files::ResultFolder;
 use dgd_plot::Figure;
 use serde::{Serialize, Serializer};
 use serde_json::{Value, json};
@@ -120,7 +120,7 @@ fn label(k: usize) -> String {
 fn common_outputs(named: &[Named], session: Session<'_>) -> Result<Vec<String>, WorkError> {
     let mut outputs_of_all: Vec<Vec<String>> = Vec::with_capacity(named.len());
     for one in named {
-        let loaded = load(&one.model, &one.choices, &Directions::None, session)?;
+        let loaded = load(&one.model, &one.choices, &SensitivityDirections::None, session)?;
         let outputs = loaded.compiled.dae.outputs.iter();
         outputs_of_all.push(outputs.map(|output| output.declared.name.clone()).collect());
     }
@@ -220,10 +220,10 @@ impl Comparison {
     }
 
     /// The files of a folder of results: [`FILES`].
-    pub fn files(&self) -> Files {
+    pub fn files(&self) -> ResultFolder {
         let json = json_text(&self.to_json());
         let contents = [self.page().into_bytes(), json.into_bytes()];
-        let mut files = Files::default();
+        let mut files = ResultFolder::default();
         files.written.extend(FILES.map(str::to_owned).into_iter().zip(contents));
         files
     }

@@ -1,6 +1,6 @@
 //! The page of a comparison: the best contender, then tables and curves.
 
-use dgd_page::{Cell, Link, Markup, Page, Table, Tone};
+use dgd_page::{ChartLink, HeadlineTone, Markup, Page, PageCell, PageTable};
 
 use super::{Comparison, Contender, figure, summary};
 use crate::output::page::{count, name, number, origin, unit, words};
@@ -11,12 +11,12 @@ pub(super) fn write(all: &Comparison) -> String {
     let ratios: Vec<Markup> = summary::ratios(all).iter().map(|line| Markup::prose(line)).collect();
     let ratios = if ratios.is_empty() { Markup::default() } else { Markup::list(&ratios) };
     let sentence = Markup::prose(&summary::sentence(all));
-    page.push_header(&kind, &sentence, Tone::Plain, &[criteria(all), ratios]);
+    page.push_header(&kind, &sentence, HeadlineTone::Plain, &[criteria(all), ratios]);
     page.push_section("Errors of each output", &[outputs(all)]);
     page.push_section("Parameters", &[parameters(all)]);
     for (k, trace) in all.contenders[0].fitted.traces.iter().enumerate() {
         let role = if trace.is_valid { "validation" } else { "training" };
-        let link = Link::With(&trace.name);
+        let link = ChartLink::With(&trace.name);
         let chart = page.chart(&figure::of_recording(all, k), link, &Markup::default());
         page.push_section(&format!("`{}`, {role}", trace.name), &[chart]);
     }
@@ -41,13 +41,13 @@ fn criteria(all: &Comparison) -> Markup {
         "errors, validation",
         "ended",
     ];
-    let mut table = Table::new("Contenders", &head);
+    let mut table = PageTable::new("Contenders", &head);
     table.head[0] = Markup::text("label");
     for (k, contender) in all.contenders.iter().enumerate() {
         let entry = summary::entry(all, k);
         let score = |value: Option<f64>| {
             let shown = value.map_or_else(|| "–".to_owned(), |value| format!("{value:.1}"));
-            Cell::number(&shown.replace('-', "−"), value)
+            PageCell::number(&shown.replace('-', "−"), value)
         };
         table.rows.push(vec![
             words(&contender.label),
@@ -62,10 +62,10 @@ fn criteria(all: &Comparison) -> Markup {
         ]);
     }
     for one in &all.failed {
-        let missing = || Cell::number("–", None);
+        let missing = || PageCell::number("–", None);
         let mut row = vec![words(&one.label), name(&one.name)];
         row.extend(std::iter::repeat_with(missing).take(6));
-        row.push(Cell::text(Markup::prose(&format!("failed: {}", one.reason))));
+        row.push(PageCell::text(Markup::prose(&format!("failed: {}", one.reason))));
         table.rows.push(row);
     }
     let first = &all.contenders[0].label;
@@ -86,7 +86,7 @@ fn outputs(all: &Comparison) -> Markup {
         "rms, validation",
         "fit, validation, %",
     ];
-    let mut table = Table::new("Errors of each output", &head);
+    let mut table = PageTable::new("Errors of each output", &head);
     for (i, (output, symbol)) in all.outputs().enumerate() {
         for (k, contender) in all.contenders.iter().enumerate() {
             let mut row = vec![name(output), words(&contender.label), unit(symbol)];
@@ -102,12 +102,12 @@ fn outputs(all: &Comparison) -> Markup {
 }
 
 fn parameters(all: &Comparison) -> Markup {
-    let mut table = Table::new("Parameters", &["parameter", "unit"]);
+    let mut table = PageTable::new("Parameters", &["parameter", "unit"]);
     table.head.extend(all.contenders.iter().map(|one| Markup::text(&one.label)));
     for row in summary::parameters(all) {
         let cell = |value: &Option<crate::output::quantity::Quantity>| match value {
-            Some(value) => Cell::number(&value.to_string(), Some(value.value())),
-            None => Cell::number("–", None),
+            Some(value) => PageCell::number(&value.to_string(), Some(value.value())),
+            None => PageCell::number("–", None),
         };
         let first = [name(&row.name), unit(&row.unit)];
         table.rows.push(first.into_iter().chain(row.values.iter().map(cell)).collect());

@@ -13,7 +13,7 @@
 
 use std::f64::consts::PI;
 
-use dgd_identify::Estimate;
+use dgd_identify::ParameterEstimate;
 
 use crate::error::WorkError;
 use crate::fit::Fitted;
@@ -115,7 +115,7 @@ impl Common {
     }
 
     /// The score of a contender with these parameters and initial values.
-    pub(super) fn score(&self, contender: usize, estimates: &[Estimate]) -> Score {
+    pub(super) fn score(&self, contender: usize, estimates: &[ParameterEstimate]) -> Score {
         let outputs = &self.samples[0][contender];
         let deviance = deviance(outputs.iter());
         let levels = outputs.iter().filter(|one| one.deviances.is_none()).count();

@@ -1,6 +1,6 @@
 //! The headline of the page of a fit: whether it converged, whether it fits, what to doubt.
 
-use dgd_page::{Markup, Tone};
+use dgd_page::{HeadlineTone, Markup};
 use dgd_runtime::Signature;
 
 use super::diagnosis::Diagnosis;
@@ -17,7 +17,7 @@ const WORSE: f64 = 1.5;
 /// The top of the page.
 pub(super) struct Headline {
     pub sentence: Markup,
-    pub tone: Tone,
+    pub tone: HeadlineTone,
     /// Doubts, as a list.
     pub doubts: Markup,
     /// The outcome of the search.
@@ -35,19 +35,25 @@ pub(super) fn headline(
         all_outputs().filter(|i| !diagnosis.depends_on(*i).is_empty()).collect();
     let coloured: Vec<usize> = all_outputs().filter(|i| diagnosis.is_coloured(*i)).collect();
     let (sentence, tone) = if !result.converged {
-        ("Not converged: do not use these values".to_owned(), Tone::Doubt)
+        ("Not converged: do not use these values".to_owned(), HeadlineTone::Doubt)
     } else if let Some(reason) = BadFit::find(result) {
-        (format!("Converged, but {reason}"), Tone::Doubt)
+        (format!("Converged, but {reason}"), HeadlineTone::Doubt)
     } else if !dependent.is_empty() {
         let outputs = names(&dependent);
-        (format!("Converged, but the model misses something in {outputs}"), Tone::Doubt)
+        (format!("Converged, but the model misses something in {outputs}"), HeadlineTone::Doubt)
     } else if !coloured.is_empty() {
         let outputs = names(&coloured);
-        (format!("Converged, but the residuals of {outputs} are more than noise"), Tone::Doubt)
+        (
+            format!("Converged, but the residuals of {outputs} are more than noise"),
+            HeadlineTone::Doubt,
+        )
     } else if diagnosis.tested() == 0 {
-        ("Converged; too few samples to judge the fit by its residuals".to_owned(), Tone::Plain)
+        (
+            "Converged; too few samples to judge the fit by its residuals".to_owned(),
+            HeadlineTone::Plain,
+        )
     } else {
-        ("Converged, and the residuals look like noise".to_owned(), Tone::Good)
+        ("Converged, and the residuals look like noise".to_owned(), HeadlineTone::Good)
     };
     let mut doubts: Vec<String> = result.left_out.clone();
     doubts.extend(larger(result));

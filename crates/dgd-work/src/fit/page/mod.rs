@@ -12,8 +12,8 @@ mod residuals;
 mod starts;
 pub(crate) mod traces;
 
-use dgd_page::{Cell, Link, Markup, Page, Table};
-use dgd_plot::{Figure, Meaning, Text};
+use dgd_page::{ChartLink, Markup, Page, PageCell, PageTable};
+use dgd_plot::{Figure, MathText, SeriesMeaning};
 use dgd_runtime::Signature;
 
 use super::Fitted;
@@ -58,7 +58,7 @@ pub(super) fn write(fitted: &Fitted) -> String {
     ] {
         let charts: Vec<Markup> = figures
             .into_iter()
-            .map(|one| page.chart(&one.figure, Link::Alone, &Markup::default()))
+            .map(|one| page.chart(&one.figure, ChartLink::Alone, &Markup::default()))
             .collect();
         page.push_section(heading, &charts);
     }
@@ -84,7 +84,7 @@ fn outputs(fitted: &Fitted) -> Markup {
         "rms, validation",
         "fit, validation, %",
     ];
-    let mut table = Table::new("How each output agrees with what was measured", &head);
+    let mut table = PageTable::new("How each output agrees with what was measured", &head);
     for (i, output) in fitted.signature.outputs.iter().enumerate() {
         let sets = [false, true].map(|is_valid| agreement(&fitted.traces, i, is_valid));
         if sets.iter().all(Option::is_none) {
@@ -127,7 +127,7 @@ pub(super) fn agreement(traces: &[Trace], output: usize, is_valid: bool) -> Opti
 fn push_recording(page: &mut Page, signature: &Signature, trace: &Trace) {
     let role = if trace.is_valid { "validation" } else { "training" };
     let line = |name: &str, values: &[f64], meaning| Line {
-        name: Text::plain(name),
+        name: MathText::plain(name),
         times: trace.times.clone(),
         values: values.to_vec(),
         meaning,
@@ -139,27 +139,27 @@ fn push_recording(page: &mut Page, signature: &Signature, trace: &Trace) {
             continue;
         };
         curves.push(Subject {
-            title: Text::name(&output.name),
+            title: MathText::name(&output.name),
             unit: output.unit.symbol.to_string(),
             lines: vec![
-                line("fitted", &trace.simulated[i], Meaning::Simulated),
-                line("measured", measured, Meaning::Measured),
+                line("fitted", &trace.simulated[i], SeriesMeaning::Simulated),
+                line("measured", measured, SeriesMeaning::Measured),
             ],
         });
         errors.push(Subject {
-            title: Text::name(&output.name),
+            title: MathText::name(&output.name),
             unit: residuals::UNIT.to_owned(),
-            lines: vec![line("measured − fitted", standard, Meaning::Residual)],
+            lines: vec![line("measured − fitted", standard, SeriesMeaning::Residual)],
         });
     }
     let inputs = signature.inputs.iter().zip(&trace.inputs).enumerate();
     let inputs = inputs.map(|(k, (input, values))| Subject {
-        title: Text::name(&input.name),
+        title: MathText::name(&input.name),
         unit: input.unit.symbol.to_string(),
-        lines: vec![line("input", values, Meaning::Input(k))],
+        lines: vec![line("input", values, SeriesMeaning::Input(k))],
     });
     curves.extend(inputs);
-    let link = Link::With(&trace.name);
+    let link = ChartLink::With(&trace.name);
     let mut chart = |subjects: &[Subject], caption: &str| {
         let figure = figure::panels(subjects);
         page.chart(&figure, link, &Markup::text(caption))
@@ -172,11 +172,11 @@ fn push_recording(page: &mut Page, signature: &Signature, trace: &Trace) {
 }
 
 /// A figure of panels.
-fn grid(x_label: Text, panels: Vec<dgd_plot::Panel>) -> Figure {
+fn grid(x_label: MathText, panels: Vec<dgd_plot::Panel>) -> Figure {
     Figure::new(x_label, panels)
 }
 
 /// A cell for a remark, which may be long.
-fn remark(words: &str) -> Cell {
-    Cell::text(Markup::prose(words))
+fn remark(words: &str) -> PageCell {
+    PageCell::text(Markup::prose(words))
 }

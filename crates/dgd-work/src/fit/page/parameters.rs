@@ -1,6 +1,6 @@
 //! Tables of the estimates: values, doubts, correlations, sources of information.
 
-use dgd_page::{Markup, Table, heat_map};
+use dgd_page::{Markup, PageTable, heat_map};
 
 use super::remark;
 use crate::output::page::{count, name, number, unit};
@@ -80,7 +80,7 @@ const DIGITS: i32 = 6;
 
 const HEAD: [&str; 5] = ["estimate", "value ± std", "unit", "± std, %", "remark"];
 
-fn push_rows(table: &mut Table, estimates: &ByName<EstimateEntry>) {
+fn push_rows(table: &mut PageTable, estimates: &ByName<EstimateEntry>) {
     for (called, entry) in estimates.iter() {
         let shown = match (entry.value, entry.std) {
             (None, _) => "–".to_owned(),
@@ -89,7 +89,7 @@ fn push_rows(table: &mut Table, estimates: &ByName<EstimateEntry>) {
         };
         table.rows.push(vec![
             name(called),
-            dgd_page::Cell::number(&shown, entry.value),
+            dgd_page::PageCell::number(&shown, entry.value),
             unit(&entry.unit),
             number(relative(entry).map(|relative| 100.0 * relative), 2),
             remark(&doubt(entry).unwrap_or_default()),
@@ -99,7 +99,7 @@ fn push_rows(table: &mut Table, estimates: &ByName<EstimateEntry>) {
 
 /// The estimated parameters.
 pub(super) fn table(result: &FitResult) -> Markup {
-    let mut table = Table::new("Estimated parameters", &HEAD);
+    let mut table = PageTable::new("Estimated parameters", &HEAD);
     push_rows(&mut table, &result.parameters);
     table.to_markup()
 }
@@ -108,7 +108,7 @@ pub(super) fn table(result: &FitResult) -> Markup {
 pub(super) fn starts(result: &FitResult) -> Markup {
     let mut tables = Markup::default();
     for RecordingValues { data, values } in result.starts.iter().flatten() {
-        let mut table = Table::new(&format!("Start values of {data}"), &HEAD);
+        let mut table = PageTable::new(&format!("Start values of {data}"), &HEAD);
         push_rows(&mut table, values);
         if !table.rows.is_empty() {
             let heading = format!("<h3>Start values of {}</h3>\n", Markup::code(data));
@@ -132,7 +132,7 @@ pub(super) fn correlation(result: &FitResult) -> Markup {
 /// The information on each estimate from steady operation and from transients, and where most of it comes from.
 pub(super) fn information(result: &FitResult) -> Markup {
     let head = ["estimate", "at rest, %", "transients, %", "most at, s", "in", "of"];
-    let mut table = Table::new("Which data determines the parameters", &head);
+    let mut table = PageTable::new("Which data determines the parameters", &head);
     for (called, entry) in result.information.iter().flat_map(ByName::iter) {
         let percent = |part: Option<f64>| number(part.map(|part| 100.0 * part), 3);
         let best = entry.best.as_ref();
@@ -156,7 +156,7 @@ pub(super) fn operating_points(result: &FitResult) -> Markup {
         let all = point.inputs.iter().chain(point.outputs.iter());
         all.map(|(name, entry)| (name.to_owned(), entry.clone())).collect()
     };
-    let mut table = Table::new("Operating points", &[]);
+    let mut table = PageTable::new("Operating points", &[]);
     table.head = vec![Markup::text("point"), Markup::text("samples, %")];
     table.head.extend(quantities(first).iter().map(|(name, entry)| {
         Markup::code(name).then(&Markup::text(&format!(" [{}]", entry.unit)))

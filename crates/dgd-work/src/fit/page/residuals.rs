@@ -1,7 +1,7 @@
 //! Figures of the residuals of the training recordings: correlations, dependence on inputs, and distribution.
 
-use dgd_page::{Link, Markup, Page};
-use dgd_plot::{Envelope, Meaning, Panel, Series, Style, Text};
+use dgd_page::{ChartLink, Markup, Page};
+use dgd_plot::{Envelope, MathText, Panel, PlotSeries, SeriesMeaning, SeriesStyle};
 use dgd_runtime::Signature;
 use dgd_screen::normality::{histogram, normal_quantiles};
 
@@ -13,7 +13,7 @@ use super::traces::Trace;
 pub(super) const UNIT: &str = "σ";
 
 /// The normal distribution drawn with residuals.
-const LAW: Meaning = Meaning::Variant(1);
+const LAW: SeriesMeaning = SeriesMeaning::Variant(1);
 
 /// Points of a QQ plot.
 const QUANTILES: usize = 400;
@@ -32,19 +32,25 @@ pub(super) fn push(
     let outputs = || signature.outputs.iter().zip(&diagnosis.outputs);
     let whiteness = outputs().filter_map(|(output, tested)| {
         let test = tested.whiteness.as_ref()?;
-        Some(lags(Text::name(&output.name), &test.autocorrelation, 1, test.limit, tested.spacing))
+        Some(lags(
+            MathText::name(&output.name),
+            &test.autocorrelation,
+            1,
+            test.limit,
+            tested.spacing,
+        ))
     });
-    let figure = grid(Text::plain("Lag").with_unit("s"), whiteness.collect());
+    let figure = grid(MathText::plain("Lag").with_unit("s"), whiteness.collect());
     let note = "Training recordings. Shaded: where 95 % of the values of white noise lie.";
-    let chart = page.chart(&figure, Link::With("lag"), &Markup::text(note));
+    let chart = page.chart(&figure, ChartLink::With("lag"), &Markup::text(note));
     page.push_section("Residuals: autocorrelation", &[chart]);
 
     let inputs: Vec<Panel> =
         outputs().flat_map(|(output, tested)| by_input(signature, &output.name, tested)).collect();
-    let figure = grid(Text::plain("Lag").with_unit("s"), inputs);
+    let figure = grid(MathText::plain("Lag").with_unit("s"), inputs);
     let note = "How residuals follow an input that came so much earlier. Shaded: where 95 % lie where they do not \
                 depend on it.";
-    let chart = page.chart(&figure, Link::With("lag"), &Markup::text(note));
+    let chart = page.chart(&figure, ChartLink::With("lag"), &Markup::text(note));
     page.push_section("Residuals: cross-correlation with the inputs", &[chart]);
 
     let charts: Vec<Markup> =
@@ -54,17 +60,17 @@ pub(super) fn push(
 }
 
 /// Correlations by lag; the first lag is `first` samples.
-fn lags(title: Text, values: &[f64], first: usize, limit: f64, spacing: f64) -> Panel {
+fn lags(title: MathText, values: &[f64], first: usize, limit: f64, spacing: f64) -> Panel {
     let x: Vec<f64> = (0..values.len()).map(|k| (k + first) as f64 * spacing).collect();
     let ends: Vec<f64> = x.first().into_iter().chain(x.last()).copied().collect();
-    let name = Text::plain("correlation");
-    let line = Series::new(name, Style::Line, x.clone(), values.to_vec());
-    let series = Series { meaning: Meaning::Residual, ..line };
+    let name = MathText::plain("correlation");
+    let line = PlotSeries::new(name, SeriesStyle::Line, x.clone(), values.to_vec());
+    let series = PlotSeries { meaning: SeriesMeaning::Residual, ..line };
     Panel {
         title,
-        y_label: Text::default(),
+        y_label: MathText::default(),
         envelopes: vec![Envelope {
-            name: Text::plain("95 %"),
+            name: MathText::plain("95 %"),
             around: None,
             low: vec![-limit; ends.len()],
             high: vec![limit; ends.len()],
@@ -79,7 +85,8 @@ fn by_input(signature: &Signature, output: &str, tested: &Tested) -> Vec<Panel> 
     let inputs = signature.inputs.iter().zip(&tested.inputs);
     let panels = inputs.filter_map(|(input, test)| {
         let test = test.as_ref()?;
-        let title = Text::name(output).then(Text::plain(" and ")).then(Text::name(&input.name));
+        let title =
+            MathText::name(output).then(MathText::plain(" and ")).then(MathText::name(&input.name));
         Some(lags(title, &test.correlation, 0, test.limit, tested.spacing))
     });
     panels.collect()
@@ -101,18 +108,18 @@ fn against(page: &mut Page, signature: &Signature, traces: &[Trace], input: usiz
         }
         let changes = x.iter().any(|u| *u != x[0]);
         changes.then(|| Panel {
-            title: Text::name(&output.name),
-            y_label: Text::default().with_unit(UNIT),
-            series: vec![Series {
-                meaning: Meaning::Residual,
-                ..Series::new(Text::plain("residual"), Style::Dots, x, y)
+            title: MathText::name(&output.name),
+            y_label: MathText::default().with_unit(UNIT),
+            series: vec![PlotSeries {
+                meaning: SeriesMeaning::Residual,
+                ..PlotSeries::new(MathText::plain("residual"), SeriesStyle::Dots, x, y)
             }],
             ..Panel::default()
         })
     });
-    let x_label = Text::name(&declared.name).with_unit(&declared.unit.symbol);
+    let x_label = MathText::name(&declared.name).with_unit(&declared.unit.symbol);
     let figure = grid(x_label, panels.collect());
-    page.chart(&figure, Link::Alone, &Markup::default())
+    page.chart(&figure, ChartLink::Alone, &Markup::default())
 }
 
 /// Histograms with the normal density, and QQ plots.
@@ -120,16 +127,17 @@ fn push_distribution(page: &mut Page, signature: &Signature, traces: &[Trace]) {
     let (mut histograms, mut quantiles) = (Vec::new(), Vec::new());
     for (i, output) in signature.outputs.iter().enumerate() {
         let Some(scaled) = scaled(traces, i) else { continue };
-        histograms.extend(histogram_panel(Text::name(&output.name), &scaled));
-        quantiles.push(quantile_panel(Text::name(&output.name), &scaled));
+        histograms.extend(histogram_panel(MathText::name(&output.name), &scaled));
+        quantiles.push(quantile_panel(MathText::name(&output.name), &scaled));
     }
-    let label = Text::plain("Residual, in its standard deviations");
-    let histogram = page.chart(&grid(label, histograms), Link::With("std"), &Markup::default());
-    let label = Text::plain("Quantile of the normal distribution");
+    let label = MathText::plain("Residual, in its standard deviations");
+    let histogram =
+        page.chart(&grid(label, histograms), ChartLink::With("std"), &Markup::default());
+    let label = MathText::plain("Quantile of the normal distribution");
     let note =
         "Dots on the line are normally distributed; dots that leave it at the ends are outliers.";
     let figure = grid(label, quantiles);
-    let quantiles = page.chart(&figure, Link::With("quantile"), &Markup::text(note));
+    let quantiles = page.chart(&figure, ChartLink::With("quantile"), &Markup::text(note));
     page.push_section("Residuals: distribution", &[histogram, quantiles]);
 }
 
@@ -148,7 +156,7 @@ fn scaled(traces: &[Trace], output: usize) -> Option<Vec<f64>> {
     (std > 0.0).then(|| values.iter().map(|e| (e - mean) / std).collect())
 }
 
-fn histogram_panel(title: Text, scaled: &[f64]) -> Option<Panel> {
+fn histogram_panel(title: MathText, scaled: &[f64]) -> Option<Panel> {
     let bars = histogram(scaled)?;
     let bins = bars.edges.windows(2).zip(&bars.density);
     let (mut x, mut y) = (vec![bars.edges[0]], vec![0.0]);
@@ -162,27 +170,32 @@ fn histogram_panel(title: Text, scaled: &[f64]) -> Option<Panel> {
         (0..POINTS).map(|k| REACH * (2.0 * k as f64 / (POINTS - 1) as f64 - 1.0)).collect();
     let law = |z: &f64| (-0.5 * z * z).exp() / (2.0 * std::f64::consts::PI).sqrt();
     let normal = normal_x.iter().map(law).collect();
-    let line = |name: &str, meaning, x, y| Series {
+    let line = |name: &str, meaning, x, y| PlotSeries {
         meaning,
-        ..Series::new(Text::plain(name), Style::Line, x, y)
+        ..PlotSeries::new(MathText::plain(name), SeriesStyle::Line, x, y)
     };
     Some(Panel {
         title,
-        y_label: Text::plain("Density"),
+        y_label: MathText::plain("Density"),
         series: vec![
-            line("residuals", Meaning::Residual, x, y),
+            line("residuals", SeriesMeaning::Residual, x, y),
             line("normal", LAW, normal_x, normal),
         ],
         ..Panel::default()
     })
 }
 
-fn quantile_panel(title: Text, scaled: &[f64]) -> Panel {
+fn quantile_panel(title: MathText, scaled: &[f64]) -> Panel {
     let (x, y): (Vec<f64>, Vec<f64>) = normal_quantiles(scaled, QUANTILES).into_iter().unzip();
     let ends: Vec<f64> = x.first().into_iter().chain(x.last()).copied().collect();
-    let dots = Series::new(Text::plain("residuals"), Style::Dots, x, y);
-    let dots = Series { meaning: Meaning::Residual, ..dots };
-    let line = Series::new(Text::plain("normal"), Style::Line, ends.clone(), ends);
-    let line = Series { meaning: LAW, ..line };
-    Panel { title, y_label: Text::plain("Residual"), series: vec![dots, line], ..Panel::default() }
+    let dots = PlotSeries::new(MathText::plain("residuals"), SeriesStyle::Dots, x, y);
+    let dots = PlotSeries { meaning: SeriesMeaning::Residual, ..dots };
+    let line = PlotSeries::new(MathText::plain("normal"), SeriesStyle::Line, ends.clone(), ends);
+    let line = PlotSeries { meaning: LAW, ..line };
+    Panel {
+        title,
+        y_label: MathText::plain("Residual"),
+        series: vec![dots, line],
+        ..Panel::default()
+    }
 }

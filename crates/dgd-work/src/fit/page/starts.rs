@@ -1,7 +1,7 @@
 //! The outcomes of fits from several starting points: a waterfall, and the minima side by side.
 
-use dgd_page::{Link, Markup, Page, Table};
-use dgd_plot::{Figure, Meaning, Panel, Series, Style, Text};
+use dgd_page::{ChartLink, Markup, Page, PageTable};
+use dgd_plot::{Figure, MathText, Panel, PlotSeries, SeriesMeaning, SeriesStyle};
 
 use crate::output::page::{count, name, number, told, unit};
 use crate::result::fit::{FitResult, MinimumEntry, MultiStartResult, StartEntry};
@@ -14,7 +14,7 @@ pub(super) fn push(page: &mut Page, result: &FitResult) {
     let Some(several) = &result.multi_start else { return };
     let note = "Each point is a fit, the best first. Those on one step have reached one minimum; steps above the first are \
                 other minima. Fits that did not converge stand where they ended.";
-    let chart = page.chart(&waterfall(&several.ends), Link::Alone, &Markup::text(note));
+    let chart = page.chart(&waterfall(&several.ends), ChartLink::Alone, &Markup::text(note));
     let words = sentence(several).map(|words| Markup::prose(&words).caption());
     page.push_section("Starting points", &[words.unwrap_or_default(), chart, minima(several)]);
 }
@@ -34,9 +34,9 @@ fn waterfall(ends: &[StartEntry]) -> Figure {
         .collect();
     fits.sort_by(|(a, _), (b, _)| a.total_cmp(b));
     let series = [
-        (Kind::Best, "the best minimum", Meaning::Variant(0)),
-        (Kind::Other, "another minimum", Meaning::Variant(1)),
-        (Kind::Lost, "not converged", Meaning::Variant(2)),
+        (Kind::Best, "the best minimum", SeriesMeaning::Variant(0)),
+        (Kind::Other, "another minimum", SeriesMeaning::Variant(1)),
+        (Kind::Lost, "not converged", SeriesMeaning::Variant(2)),
     ]
     .into_iter()
     .filter_map(|(kind, words, meaning)| {
@@ -44,15 +44,15 @@ fn waterfall(ends: &[StartEntry]) -> Figure {
         let (x, y): (Vec<f64>, Vec<f64>) = of_kind
             .map(|(rank, (above, _))| ((rank + 1) as f64, (1.0 + above.max(0.0)).log10()))
             .unzip();
-        let series = Series::new(Text::plain(words), Style::Marks, x, y);
-        (!series.x.is_empty()).then_some(Series { meaning, ..series })
+        let series = PlotSeries::new(MathText::plain(words), SeriesStyle::Marks, x, y);
+        (!series.x.is_empty()).then_some(PlotSeries { meaning, ..series })
     });
     let panel = Panel {
-        y_label: Text::plain("log10(1 + deviance above the best)"),
+        y_label: MathText::plain("log10(1 + deviance above the best)"),
         series: series.collect(),
         ..Panel::default()
     };
-    Figure::new(Text::plain("Fits, the best first"), vec![panel])
+    Figure::new(MathText::plain("Fits, the best first"), vec![panel])
 }
 
 /// The outcome of a fit.
@@ -83,16 +83,16 @@ fn sentence(several: &MultiStartResult) -> Option<String> {
 fn minima(several: &MultiStartResult) -> Markup {
     let shown = &several.minima[..several.minima.len().min(MOST_MINIMA)];
     let Some(first) = shown.first() else { return Markup::default() };
-    let mut table = Table::new("The minima beside each other", &["", "unit"]);
+    let mut table = PageTable::new("The minima beside each other", &["", "unit"]);
     let heads = (1..=shown.len()).map(|k| Markup::text(&format!("minimum {k}")));
     table.head.extend(heads);
     let row = |words: &str, value: &dyn Fn(&MinimumEntry) -> Option<f64>| {
-        let mut row = vec![dgd_page::Cell::text(Markup::text(words)), unit("")];
+        let mut row = vec![dgd_page::PageCell::text(Markup::text(words)), unit("")];
         row.extend(shown.iter().map(|minimum| number(value(minimum), 5)));
         row
     };
     let points = |minimum: &MinimumEntry| count(minimum.points.len());
-    let mut led = vec![dgd_page::Cell::text(Markup::text("starting points")), unit("")];
+    let mut led = vec![dgd_page::PageCell::text(Markup::text("starting points")), unit("")];
     led.extend(shown.iter().map(points));
     table.rows.push(led);
     table.rows.push(row("deviance above the best", &|minimum| minimum.deviance_above));

@@ -2,8 +2,8 @@
 
 use std::path::PathBuf;
 
-use dgd_identify::{Evaluation, Recording};
-use dgd_runtime::{Observations, Side, Signature, Unit};
+use dgd_identify::{OutputErrorEvaluation, Recording};
+use dgd_runtime::{LimitSide, Observations, Signature, Unit};
 
 use crate::fit::report::standard::Standardised;
 use crate::output::columns::in_unit;
@@ -41,7 +41,7 @@ pub(crate) struct Trace {
 pub(crate) fn traces(
     signature: &Signature,
     paths: [&[PathBuf]; 2],
-    of: [Option<(&[Recording], &Evaluation)>; 2],
+    of: [Option<(&[Recording], &OutputErrorEvaluation)>; 2],
     standardised: impl Fn(&Recording, usize, usize, &[f64]) -> Option<Standardised>,
 ) -> Vec<Trace> {
     let names = recording::names(&paths.concat());
@@ -149,7 +149,7 @@ fn inputs(signature: &Signature, recording: &Recording) -> Vec<Vec<f64>> {
     let mut values = vec![Vec::with_capacity(recording.times.len()); signature.inputs.len()];
     let mut u = vec![0.0; recording.inputs.len()];
     for t in &recording.times {
-        recording.inputs.value(*t, Side::Right, &mut u);
+        recording.inputs.value(*t, LimitSide::Right, &mut u);
         for ((values, value), input) in values.iter_mut().zip(&u).zip(signature.inputs.iter()) {
             values.push(input.unit.from_si(*value));
         }

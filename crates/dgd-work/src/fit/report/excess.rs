@@ -12,7 +12,7 @@
 //!
 //! Source of the bound: Chernoff, Ann. Math. Statist. 23 (1952) 493–507.
 
-use dgd_identify::{Evaluation, Loss, Recording};
+use dgd_identify::{Loss, OutputErrorEvaluation, Recording};
 use dgd_runtime::Signature;
 use dgd_screen::distribution::{chi_square_tail, normal_two_sided};
 
@@ -37,7 +37,7 @@ impl Excess {
     pub(crate) fn all(
         signature: &Signature,
         recordings: &[Recording],
-        evaluation: &Evaluation,
+        evaluation: &OutputErrorEvaluation,
         standard: Standard<'_>,
     ) -> Vec<Option<Excess>> {
         let excess_of = |i: usize| {

@@ -5,7 +5,7 @@
 
 use std::fmt::Write as _;
 
-use dgd_identify::{Noise, Recording, too_few_for_noise};
+use dgd_identify::{NoiseSource, Recording, too_few_for_noise};
 use dgd_runtime::Output;
 
 use crate::output::quantity::{short, with_unit};
@@ -34,7 +34,7 @@ impl FewSamples {
     pub(crate) fn find(
         outputs: &[Output],
         recordings: &[Recording],
-        noise: &mut [Option<Noise>],
+        noise: &mut [Option<NoiseSource>],
         estimates: usize,
     ) -> Self {
         let samples_of = |i: usize| -> usize {
@@ -46,13 +46,13 @@ impl FewSamples {
         let samples = counts.iter().sum();
         let mut outputs_with_few = Vec::new();
         for (i, noise) in noise.iter_mut().enumerate() {
-            let is_estimated = *noise == Some(Noise::Estimated);
+            let is_estimated = *noise == Some(NoiseSource::Estimated);
             if !is_estimated || !too_few_for_noise(counts[i], samples, estimates) {
                 continue;
             }
             let (output, unit) = (&outputs[i], &outputs[i].unit);
             if let Some(sigma) = output.noise {
-                *noise = Some(Noise::Known(sigma));
+                *noise = Some(NoiseSource::Known(sigma));
             }
             outputs_with_few.push(Few {
                 output: output.name.to_string(),

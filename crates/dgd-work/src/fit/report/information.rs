@@ -3,11 +3,14 @@
 use std::fmt::Write as _;
 
 use dgd_identify::{
-    EstimateError, Evaluation, Fit, Information, OutputErrorProblem, Recording, information,
+    EstimateError, Fit, Information, OutputErrorEvaluation, OutputErrorProblem, Recording,
+    information,
 };
 use dgd_runtime::model::Model;
-use dgd_runtime::{Side, Signature, Unit};
-use dgd_screen::{Channel, Motion, OperatingPoint, Record, motion, operating_points, slope_window};
+use dgd_runtime::{LimitSide, Signature, Unit};
+use dgd_screen::{
+    Channel, Motion, ScreenedRecord, SteadyPoint, motion, operating_points, slope_window,
+};
 
 use crate::fit::report::intervals::Estimated;
 use crate::fit::report::outcome::Outcome;
@@ -54,7 +57,7 @@ impl Origins {
     pub(crate) fn find(
         problem: &OutputErrorProblem<'_>,
         fit: &Fit,
-        evaluation: &Evaluation,
+        evaluation: &OutputErrorEvaluation,
     ) -> Result<Self, EstimateError> {
         let (kinds, points) = kinds(problem.system, problem.recordings, evaluation);
         let count = |kind: usize| kinds.iter().flatten().filter(|found| **found == kind).count();
@@ -256,7 +259,7 @@ fn steady(kinds: &[f64]) -> f64 {
 fn kinds(
     system: &dyn Model,
     recordings: &[Recording],
-    evaluation: &Evaluation,
+    evaluation: &OutputErrorEvaluation,
 ) -> (Vec<Vec<usize>>, Vec<Point>) {
     let signature = system.signature();
     let mut kinds: Vec<Vec<usize>> =
@@ -286,7 +289,7 @@ fn kinds(
     let n_w = signature.outputs.len();
     let operating = operating_points(&motion, &vec![0.0; n_w + signature.inputs.len()]);
     let mut points = Vec::with_capacity(operating.len());
-    for (point, OperatingPoint { stretches, means, .. }) in operating.into_iter().enumerate() {
+    for (point, SteadyPoint { stretches, means, .. }) in operating.into_iter().enumerate() {
         for stretch in stretches {
             let (r, (first, last)) = places[stretch];
             kinds[r][first..=last].fill(TRANSIENT + 1 + point);
@@ -308,7 +311,7 @@ fn motion_of(
     let mut inputs = vec![Vec::with_capacity(n); signature.inputs.len()];
     let mut u = vec![0.0; recording.inputs.len()];
     for t in &recording.times {
-        recording.inputs.value(*t, Side::Right, &mut u);
+        recording.inputs.value(*t, LimitSide::Right, &mut u);
         inputs.iter_mut().zip(&u).for_each(|(values, u)| values.push(*u));
     }
     values.extend(inputs);
@@ -317,5 +320,5 @@ fn motion_of(
         values.iter().map(|values| channel(values.as_slice())).collect();
     let window = slope_window(&recording.times).unwrap_or(1.0);
     let noise = vec![None; channels.len()];
-    motion(&Record { times: &recording.times, channels }, &noise, window, &[])
+    motion(&ScreenedRecord { times: &recording.times, channels }, &noise, window, &[])
 }

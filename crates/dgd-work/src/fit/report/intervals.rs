@@ -4,10 +4,10 @@
 use std::fmt::Write as _;
 
 use dgd_identify::{
-    Bootstrap, End, Estimate, EstimateError, Fit, OutputErrorProblem, Profile, THRESHOLD, Term,
-    Undetermined, bootstrap, profiles,
+    Bootstrap, CombinationTerm, EstimateError, Fit, OutputErrorProblem, ParameterEstimate, Profile,
+    ProfileEnd, THRESHOLD, UndeterminedDirection, bootstrap, profiles,
 };
-use dgd_plot::{Figure, Panel, Series, Style, Text};
+use dgd_plot::{Figure, MathText, Panel, PlotSeries, SeriesStyle};
 use dgd_runtime::{Direction, Signature, Unit};
 use rand_pcg::Pcg64;
 use rand_pcg::rand_core::Rng;
@@ -20,7 +20,8 @@ use crate::output::table::{push_table, significant};
 use crate::request::{Estimator, IntervalRequest};
 use crate::result::ByName;
 use crate::result::fit::{
-    BootstrapEntry, BootstrapResult, ProfileEnd, ProfileEndKind, ProfileEntry, UndeterminedTerm,
+    BootstrapEntry, BootstrapResult, ProfileEndEntry, ProfileEndKind, ProfileEntry,
+    UndeterminedTerm,
 };
 
 /// Probability of the intervals.
@@ -35,7 +36,7 @@ pub(crate) trait Estimated {
     fn signature(&self) -> &Signature;
 
     /// All estimates.
-    fn estimates(&self) -> &[Estimate];
+    fn estimates(&self) -> &[ParameterEstimate];
 
     /// The name of an estimate.
     fn name(&self, i: usize) -> String;
@@ -46,14 +47,14 @@ pub(crate) trait Estimated {
     }
 
     /// Combinations of estimates that no output depends on.
-    fn undetermined(&self, all: &[Undetermined]) -> Vec<Vec<UndeterminedTerm>> {
+    fn undetermined(&self, all: &[UndeterminedDirection]) -> Vec<Vec<UndeterminedTerm>> {
         let combination =
-            |one: &Undetermined| one.terms.iter().map(|term| self.change(term)).collect();
+            |one: &UndeterminedDirection| one.terms.iter().map(|term| self.change(term)).collect();
         all.iter().map(combination).collect()
     }
 
     /// A term of a combination of estimates, with its name.
-    fn change(&self, term: &Term) -> UndeterminedTerm {
+    fn change(&self, term: &CombinationTerm) -> UndeterminedTerm {
         let relative_change = Some(term.change);
         UndeterminedTerm::Change { name: self.name(term.estimate), relative_change }
     }
@@ -99,8 +100,8 @@ impl IntervalRequest {
     }
 
     /// Indices of the estimates to profile.
-    pub(crate) fn profiled(&self, estimates: &[Estimate]) -> Vec<usize> {
-        let wanted = |(_, estimate): &(usize, &Estimate)| {
+    pub(crate) fn profiled(&self, estimates: &[ParameterEstimate]) -> Vec<usize> {
+        let wanted = |(_, estimate): &(usize, &ParameterEstimate)| {
             self.profile.iter().map(|name| name.trim()).any(|name| {
                 name == estimate.name
                     || name == "all" && matches!(estimate.of, Direction::Parameter(_))
@@ -252,7 +253,7 @@ impl Intervals {
     }
 
     /// The scale for the digits of an interval, SI.
-    fn scale_of(&self, i: usize, estimates: &[Estimate]) -> Option<f64> {
+    fn scale_of(&self, i: usize, estimates: &[ParameterEstimate]) -> Option<f64> {
         let profile = self.profiles.iter().find(|profile| profile.estimate == i);
         let width = profile.and_then(|profile| match profile.interval() {
             (Some(low), Some(high)) => Some(0.25 * (high - low)),
@@ -273,8 +274,8 @@ impl Intervals {
                 let unit = outcome.unit(profile.estimate);
                 let reached = short(unit.from_si(end.value()), 3);
                 let _ = match end {
-                    End::Interval(_) | End::Bound(_) => continue,
-                    End::Open(_) => {
+                    ProfileEnd::Interval(_) | ProfileEnd::Bound(_) => continue,
+                    ProfileEnd::Open(_) => {
                         let others = with_others(others, outcome);
                         writeln!(
                             text,
@@ -282,7 +283,7 @@ impl Intervals {
                             unit.symbol
                         )
                     }
-                    End::Unsimulated(_) => writeln!(
+                    ProfileEnd::Unsimulated(_) => writeln!(
                         text,
                         "`{name}` is open {side}: the model cannot be simulated beyond {reached} {}",
                         unit.symbol
@@ -328,7 +329,7 @@ impl Intervals {
 }
 
 /// Estimates that change along with an open end.
-fn with_others(terms: &[Term], outcome: &dyn Estimated) -> String {
+fn with_others(terms: &[CombinationTerm], outcome: &dyn Estimated) -> String {
     if terms.is_empty() {
         return "no output is far enough off there".to_owned();
     }
@@ -341,17 +342,18 @@ fn with_others(terms: &[Term], outcome: &dyn Estimated) -> String {
 fn profile_entry(profile: &Profile, outcome: &dyn Estimated) -> ProfileEntry {
     let unit: &Unit = outcome.unit(profile.estimate);
     let in_unit = |value: f64| unit.from_si(value);
-    let end = |end: End| ProfileEnd {
+    let end = |end: ProfileEnd| ProfileEndEntry {
         value: Some(in_unit(end.value())),
         end: match end {
-            End::Interval(_) => ProfileEndKind::Interval,
-            End::Bound(_) => ProfileEndKind::Bound,
-            End::Open(_) => ProfileEndKind::Open,
-            End::Unsimulated(_) => ProfileEndKind::Unsimulated,
+            ProfileEnd::Interval(_) => ProfileEndKind::Interval,
+            ProfileEnd::Bound(_) => ProfileEndKind::Bound,
+            ProfileEnd::Open(_) => ProfileEndKind::Open,
+            ProfileEnd::Unsimulated(_) => ProfileEndKind::Unsimulated,
         },
     };
     let (low, high) = profile.interval();
-    let followers = |terms: &[Term]| terms.iter().map(|term| outcome.change(term)).collect();
+    let followers =
+        |terms: &[CombinationTerm]| terms.iter().map(|term| outcome.change(term)).collect();
     ProfileEntry {
         unit: unit.symbol.to_string(),
         interval: [low, high].map(|end| end.map(in_unit)),
@@ -372,16 +374,16 @@ fn figure(profile: &Profile, name: &str, outcome: &dyn Estimated) -> Figure {
     let x: Vec<f64> = profile.values.iter().map(|value| unit.from_si(*value)).collect();
     let ends = [x.first().copied().unwrap_or(0.0), x.last().copied().unwrap_or(0.0)];
     let line = |name: &str, style, x: &[f64], y: Vec<f64>| {
-        Series::new(Text::plain(name), style, x.to_vec(), y)
+        PlotSeries::new(MathText::plain(name), style, x.to_vec(), y)
     };
     let panel = Panel {
-        title: Text::plain("Profile likelihood"),
-        y_label: Text::plain("Rise of the deviance"),
+        title: MathText::plain("Profile likelihood"),
+        y_label: MathText::plain("Rise of the deviance"),
         series: vec![
-            line("least", Style::Line, &x, profile.deviance.clone()),
-            line("95 %", Style::ThinLine, &ends, vec![THRESHOLD; 2]),
+            line("least", SeriesStyle::Line, &x, profile.deviance.clone()),
+            line("95 %", SeriesStyle::ThinLine, &ends, vec![THRESHOLD; 2]),
         ],
         ..Panel::default()
     };
-    Figure::new(Text::name(name).with_unit(&unit.symbol), vec![panel])
+    Figure::new(MathText::name(name).with_unit(&unit.symbol), vec![panel])
 }

@@ -3,13 +3,15 @@
 use std::fmt::Write as _;
 use std::path::PathBuf;
 
-use dgd_identify::{EstimateError, Fit, Noise, OutputErrorProblem, Part, Spread};
+use dgd_identify::{
+    EstimateError, Fit, Jackknife, JackknifeBlock, NoiseSource, OutputErrorProblem,
+};
 use dgd_runtime::{Signature, Unit};
 use dgd_screen::distribution::chi_square_tail;
 
 use super::quality::{Quality, RARE};
 use crate::output::quantity::short;
-use crate::result::fit::{ModelErrorEntry, RecordingPart};
+use crate::result::fit::{ModelErrorEntry, RecordingPartEntry};
 
 /// The spread of estimates over parts of the recordings, if the residuals show a model error.
 #[derive(Debug, Default)]
@@ -18,7 +20,7 @@ pub(crate) struct LeftOver {
     coloured: Vec<String>,
     /// Whether residuals exceed the declared noise.
     is_larger: bool,
-    spread: Option<Spread>,
+    spread: Option<Jackknife>,
 }
 
 impl LeftOver {
@@ -36,7 +38,7 @@ impl LeftOver {
         };
         let mut coloured = quality.coloured(signature);
         coloured.retain(is_fitted);
-        let is_known = |noise: &Option<Noise>| matches!(noise, Some(Noise::Known(_)));
+        let is_known = |noise: &Option<NoiseSource>| matches!(noise, Some(NoiseSource::Known(_)));
         let is_larger = problem.noise.iter().any(is_known)
             && fit.reduced_chi_square().is_some_and(|chi| {
                 let freedom = fit.degrees_of_freedom as f64;
@@ -72,10 +74,10 @@ impl LeftOver {
             return None;
         }
         let parts = self.spread.iter().flat_map(|spread| &spread.parts);
-        let part = |part: &Part| {
+        let part = |part: &JackknifeBlock| {
             let [first, last] = part.recordings.map(|r| data[r].display().to_string());
             let recordings = if first == last { vec![first] } else { vec![first, last] };
-            RecordingPart { recordings, from: Some(part.from), until: Some(part.until) }
+            RecordingPartEntry { recordings, from: Some(part.from), until: Some(part.until) }
         };
         Some(ModelErrorEntry {
             autocorrelated: self.coloured.clone(),
@@ -131,7 +133,7 @@ impl LeftOver {
             );
         }
         for (estimate, part) in self.rests_on() {
-            let Part { recordings: [first, last], from, until } = spread.parts[part];
+            let JackknifeBlock { recordings: [first, last], from, until } = spread.parts[part];
             let seconds = format!("{} to {} s", short(from, 4), short(until, 4));
             let place = match recording_names {
                 [_] => format!("the recording from {seconds}"),

@@ -3,7 +3,7 @@
 use std::fmt::Write as _;
 use std::path::Path;
 
-use dgd_identify::{Departure, Evaluation, Nonlinear, Recording};
+use dgd_identify::{ModeDeparture, NonlinearModel, OutputErrorEvaluation, Recording};
 use dgd_runtime::Signature;
 use dgd_runtime::linearize::OperatingPoint;
 
@@ -31,7 +31,7 @@ pub(crate) struct Linearised {
 
 /// The nonlinear model with the estimates of its linear one.
 struct Model {
-    evaluation: Evaluation,
+    evaluation: OutputErrorEvaluation,
     quality: Quality,
     /// Root-mean-square difference from the linear model by output, SI; `None` without samples.
     differences: Vec<Option<f64>>,
@@ -45,11 +45,11 @@ impl Linearised {
         place: LinearizeAt,
         points: Vec<Option<OperatingPoint>>,
         recordings: &[Recording],
-        linear: &Evaluation,
+        linear: &OutputErrorEvaluation,
         standard: Standard<'_>,
-        model: Result<Nonlinear, String>,
+        model: Result<NonlinearModel, String>,
     ) -> Self {
-        let model = model.map(|Nonlinear { evaluation, .. }| Model {
+        let model = model.map(|NonlinearModel { evaluation, .. }| Model {
             quality: Quality::of(signature, recordings, &evaluation, standard),
             differences: (0..signature.outputs.len())
                 .map(|i| difference(recordings, linear, &evaluation, i))
@@ -207,8 +207,8 @@ impl Model {
 }
 
 /// A recording that leaves the mode of its operating point.
-pub(crate) fn other_mode(path: &Path, departure: &Departure) -> String {
-    let Departure { t, automaton, at_point, in_run } = departure;
+pub(crate) fn other_mode(path: &Path, departure: &ModeDeparture) -> String {
+    let ModeDeparture { t, automaton, at_point, in_run } = departure;
     format!(
         "{}: the linear model is that of `{automaton}: {at_point}`, and at t = {t} s the model with these \
          estimates is in `{in_run}`; take a stretch in one mode by `--from` and `--until`, another \
@@ -249,8 +249,8 @@ fn unknowns(signature: &Signature, point: &OperatingPoint) -> Vec<Quantity> {
 /// Root-mean-square difference of two simulations of an output at the samples that count, SI.
 fn difference(
     recordings: &[Recording],
-    linear: &Evaluation,
-    model: &Evaluation,
+    linear: &OutputErrorEvaluation,
+    model: &OutputErrorEvaluation,
     output: usize,
 ) -> Option<f64> {
     let (mut squares, mut samples) = (0.0, 0_usize);

@@ -5,7 +5,8 @@ use std::path::PathBuf;
 
 use dgd_compiler::model::Variant;
 use dgd_identify::{
-    Estimate, Evaluation, Fit, Misfit, Recording, Starts, Stepping, Term, Termination, Undetermined,
+    CombinationTerm, Fit, FitStepping, OutputErrorEvaluation, OutputMisfit, ParameterEstimate,
+    Recording, Starts, Termination, UndeterminedDirection,
 };
 use dgd_runtime::{Direction, Output, PerSampleChoice, Signature, Unit};
 
@@ -39,7 +40,7 @@ pub(crate) struct Outcome<'a> {
     pub data: &'a [PathBuf],
     /// Names of the recordings.
     pub recording_names: Vec<String>,
-    pub train: Evaluation,
+    pub train: OutputErrorEvaluation,
     pub valid: Option<Tested>,
     /// The training recordings.
     pub recordings: &'a [Recording],
@@ -70,7 +71,7 @@ pub(crate) struct Tested {
     /// Recordings, with the time from which their samples count.
     pub recordings: Vec<Recording>,
     pub starts: Vec<Starts>,
-    pub evaluation: Evaluation,
+    pub evaluation: OutputErrorEvaluation,
 }
 
 impl Tested {
@@ -173,9 +174,9 @@ impl Outcome<'_> {
             failures: fit.failures,
             rtol: fit.options.rtol,
             steps: match fit.stepping {
-                Stepping::Adaptive => SteppingEntry::Name("adaptive".to_owned()),
-                Stepping::Exact => SteppingEntry::Name("exact".to_owned()),
-                Stepping::PerSample(PerSampleChoice { method, steps }) => {
+                FitStepping::Adaptive => SteppingEntry::Name("adaptive".to_owned()),
+                FitStepping::Exact => SteppingEntry::Name("exact".to_owned()),
+                FitStepping::PerSample(PerSampleChoice { method, steps }) => {
                     let method = method.name.to_string();
                     SteppingEntry::PerSample { per_sample: steps.get() as usize, method }
                 }
@@ -233,7 +234,7 @@ impl Outcome<'_> {
         let Some(tested) = &self.valid else { return Vec::new() };
         let starts_of = |(path, starts): (&PathBuf, &Starts)| {
             let entry = |(i, value): &(usize, f64)| {
-                let unknown = self.signature.unknowns.at(*i);
+                let unknown = self.signature.unknowns.get(*i);
                 (unknown.name.to_string(), ValueEntry::new(*value, &unknown.unit))
             };
             let values = starts.iter().map(entry).collect();
@@ -256,7 +257,7 @@ impl Outcome<'_> {
 
     fn errors(&self, output: usize) -> OutputErrors {
         let unit = &self.signature.outputs[output].unit;
-        let rms = |evaluation: &Evaluation| rms_of(evaluation, output, unit);
+        let rms = |evaluation: &OutputErrorEvaluation| rms_of(evaluation, output, unit);
         OutputErrors {
             train: rms(&self.train),
             valid: self.valid.as_ref().and_then(|tested| rms(&tested.evaluation)),
@@ -407,7 +408,10 @@ impl Outcome<'_> {
 }
 
 /// An estimate's name and its entry in the result.
-pub(crate) fn entry(signature: &Signature, estimate: &Estimate) -> (String, EstimateEntry) {
+pub(crate) fn entry(
+    signature: &Signature,
+    estimate: &ParameterEstimate,
+) -> (String, EstimateEntry) {
     let unit = unit_of(signature, estimate);
     let name = match estimate.of {
         Direction::Parameter(_) => estimate.name.clone(),
@@ -429,7 +433,7 @@ impl Estimated for Outcome<'_> {
         self.signature
     }
 
-    fn estimates(&self) -> &[Estimate] {
+    fn estimates(&self) -> &[ParameterEstimate] {
         &self.fit.estimates
     }
 
@@ -439,14 +443,14 @@ impl Estimated for Outcome<'_> {
 }
 
 /// The name of an estimate: for an initial value with its recording if there are several.
-pub(crate) fn name_of(estimate: &Estimate, recording_names: &[String]) -> String {
+pub(crate) fn name_of(estimate: &ParameterEstimate, recording_names: &[String]) -> String {
     match (estimate.recording, recording_names) {
         (Some(r), [_, _, ..]) => format!("{} of {}", estimate.name, recording_names[r]),
         _ => estimate.name.clone(),
     }
 }
 
-pub(crate) fn unit_of<'a>(signature: &'a Signature, estimate: &Estimate) -> &'a Unit {
+pub(crate) fn unit_of<'a>(signature: &'a Signature, estimate: &ParameterEstimate) -> &'a Unit {
     match estimate.of {
         Direction::Parameter(i) => &signature.parameters[i].unit,
         Direction::Start(i) => signature.unknowns.unit(i),
@@ -457,7 +461,7 @@ pub(crate) fn unit_of<'a>(signature: &'a Signature, estimate: &Estimate) -> &'a 
 pub(crate) fn fixed_entries(
     signature: &Signature,
     p: &[f64],
-    estimates: &[Estimate],
+    estimates: &[ParameterEstimate],
 ) -> ByName<ValueEntry> {
     let is_fixed = |i: usize| !estimates.iter().any(|e| e.of == Direction::Parameter(i));
     let fixed = signature.parameters.iter().enumerate().filter(|(i, _)| is_fixed(*i));
@@ -475,8 +479,12 @@ pub(crate) fn variant_entries(variants: &[Variant]) -> ByName<Option<String>> {
 }
 
 /// Root-mean-square residual of an output over all recordings, in its unit.
-pub(crate) fn rms_of(evaluation: &Evaluation, output: usize, unit: &Unit) -> Option<f64> {
-    let misfit: Misfit = evaluation.misfits.iter().map(|misfits| misfits[output]).sum();
+pub(crate) fn rms_of(
+    evaluation: &OutputErrorEvaluation,
+    output: usize,
+    unit: &Unit,
+) -> Option<f64> {
+    let misfit: OutputMisfit = evaluation.misfits.iter().map(|misfits| misfits[output]).sum();
     misfit.rms().map(|rms| rms / unit.factor)
 }
 
@@ -492,7 +500,7 @@ pub(crate) fn push_correlated(text: &mut String, first: &str, second: &str, corr
 /// A line for each combination of estimates that no output, or no row, depends on.
 pub(crate) fn push_combinations(
     text: &mut String,
-    undetermined: &[Undetermined],
+    undetermined: &[UndeterminedDirection],
     name: impl Fn(usize) -> String,
     what: &str,
 ) {
@@ -501,8 +509,9 @@ pub(crate) fn push_combinations(
         let _ = match combination.terms.as_slice() {
             [one] => writeln!(text, "no {what} depends on `{}`", name(one.estimate)),
             terms => {
-                let term =
-                    |term: &Term| format!("`{}` by {:+.3} %", name(term.estimate), term.change);
+                let term = |term: &CombinationTerm| {
+                    format!("`{}` by {:+.3} %", name(term.estimate), term.change)
+                };
                 let terms: Vec<String> = terms.iter().map(term).collect();
                 writeln!(text, "no {what} sees a change of {}", terms.join(" and "))
             }

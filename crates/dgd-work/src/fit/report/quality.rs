@@ -10,8 +10,8 @@
 
 use std::fmt::Write as _;
 
-use dgd_identify::{Evaluation, Recording};
-use dgd_runtime::{Side, Signature, Unit};
+use dgd_identify::{OutputErrorEvaluation, Recording};
+use dgd_runtime::{LimitSide, Signature, Unit};
 use dgd_screen::residuals::{CrossCorrelation, Portmanteau, cross_correlation, portmanteau};
 
 use super::standard::Standard;
@@ -50,7 +50,7 @@ impl Quality {
     pub(crate) fn of(
         signature: &Signature,
         recordings: &[Recording],
-        evaluation: &Evaluation,
+        evaluation: &OutputErrorEvaluation,
         standard: Standard<'_>,
     ) -> Self {
         let inputs: Vec<Vec<Vec<f64>>> =
@@ -164,7 +164,7 @@ fn input_values(signature: &Signature, recording: &Recording) -> Vec<Vec<f64>> {
     let mut values = vec![Vec::with_capacity(recording.times.len()); signature.inputs.len()];
     let mut u = vec![0.0; recording.inputs.len()];
     for t in &recording.times {
-        recording.inputs.value(*t, Side::Right, &mut u);
+        recording.inputs.value(*t, LimitSide::Right, &mut u);
         for (values, value) in values.iter_mut().zip(&u) {
             values.push(*value);
         }
@@ -174,7 +174,7 @@ fn input_values(signature: &Signature, recording: &Recording) -> Vec<Vec<f64>> {
 
 fn output_quality(
     recordings: &[Recording],
-    evaluation: &Evaluation,
+    evaluation: &OutputErrorEvaluation,
     inputs: &[Vec<Vec<f64>>],
     output: usize,
     unit: &Unit,

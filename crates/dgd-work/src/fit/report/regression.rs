@@ -4,9 +4,11 @@ use std::fmt::Write as _;
 use std::path::PathBuf;
 
 use dgd_compiler::model::Variant;
-use dgd_identify::regression::{Followed, RegressionFit, RowOf, RowQuality, RowTrace, RowsLeftOut};
-use dgd_identify::{Bound, Estimate};
-use dgd_plot::{Figure, Meaning, Text};
+use dgd_identify::regression::{
+    ParameterPath, RegressionFit, RowOf, RowQuality, RowTrace, RowsLeftOut,
+};
+use dgd_identify::{BoundReached, ParameterEstimate};
+use dgd_plot::{Figure, MathText, SeriesMeaning};
 use dgd_runtime::Signature;
 
 use crate::fit::report::few_samples::FewSamples;
@@ -34,7 +36,7 @@ pub(crate) struct RegressionOutcome<'a> {
     pub variants: &'a [Variant],
     pub fit: &'a RegressionFit,
     /// Estimates over time, of the recursive estimator.
-    pub followed: Option<&'a Followed>,
+    pub followed: Option<&'a ParameterPath>,
     /// The simulated recordings, or the reason why they cannot be simulated.
     pub train: Option<Result<Tested, String>>,
     pub valid: Option<Result<Tested, String>>,
@@ -50,7 +52,7 @@ impl Estimated for RegressionOutcome<'_> {
         self.signature
     }
 
-    fn estimates(&self) -> &[Estimate] {
+    fn estimates(&self) -> &[ParameterEstimate] {
         &self.fit.estimates
     }
 
@@ -63,7 +65,7 @@ impl RegressionOutcome<'_> {
     /// For programs.
     pub(crate) fn result(&self, provenance: Provenance) -> FitResult {
         let Self { signature, fit, .. } = self;
-        let parameter = |(j, estimate): (usize, &Estimate)| {
+        let parameter = |(j, estimate): (usize, &ParameterEstimate)| {
             let (name, entry) = entry(signature, estimate);
             let regression =
                 Some(RegressionEstimate { linear: fit.linear[j], unbounded: self.unbounded(j) });
@@ -225,7 +227,7 @@ impl RegressionOutcome<'_> {
             let in_unit =
                 |values: &[f64]| values.iter().map(|value| (value - offset) / factor).collect();
             let line = |name: &str, values: &[f64], meaning| Line {
-                name: Text::plain(name),
+                name: MathText::plain(name),
                 times: trace.times.clone(),
                 values: in_unit(values),
                 meaning,
@@ -234,8 +236,9 @@ impl RegressionOutcome<'_> {
                 [_] => String::new(),
                 names => format!(", {}", names[trace.recording]),
             };
-            let title =
-                |what: &str| Text::plain(what).then(Text::name(&row.name)).then(Text::plain(&file));
+            let title = |what: &str| {
+                MathText::plain(what).then(MathText::name(&row.name)).then(MathText::plain(&file))
+            };
             let read = match row.of {
                 RowOf::Output(_) => "measured",
                 RowOf::Equation(_) => "from readings",
@@ -254,12 +257,13 @@ impl RegressionOutcome<'_> {
                 title: title(""),
                 unit,
                 lines: vec![
-                    line("fitted", &trace.predicted, Meaning::Simulated),
-                    line(read, &trace.target, Meaning::Measured),
+                    line("fitted", &trace.predicted, SeriesMeaning::Simulated),
+                    line(read, &trace.target, SeriesMeaning::Measured),
                 ],
             });
         }
-        let x_label = if by_row { Text::plain("Row") } else { Text::plain("Time").with_unit("s") };
+        let x_label =
+            if by_row { MathText::plain("Row") } else { MathText::plain("Time").with_unit("s") };
         beside(&subjects, differences, x_label)
     }
 
@@ -284,8 +288,8 @@ impl RegressionOutcome<'_> {
                 None => String::new(),
             };
             let remark = match estimate.at_bound {
-                Some(Bound::Lower) => format!("at its lower bound{}", unbounded()),
-                Some(Bound::Upper) => format!("at its upper bound{}", unbounded()),
+                Some(BoundReached::Lower) => format!("at its lower bound{}", unbounded()),
+                Some(BoundReached::Upper) => format!("at its upper bound{}", unbounded()),
                 None if std.is_some() || self.followed.is_some() || self.few.hide_stds() => {
                     String::new()
                 }

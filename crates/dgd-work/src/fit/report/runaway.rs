@@ -1,6 +1,6 @@
 //! Runaway parameters: estimates far from the initial guess that the data no longer determines.
 
-use dgd_identify::Estimate;
+use dgd_identify::ParameterEstimate;
 use dgd_runtime::{Parameter, Unit};
 
 use crate::output::table::exact;
@@ -15,7 +15,11 @@ const UNCERTAIN: f64 = 0.5;
 const DECLARED: usize = 14;
 
 /// A sentence about a runaway parameter with bounds that would contain it; `None` for others.
-pub(super) fn line(parameter: &Parameter, estimate: &Estimate, unit: &Unit) -> Option<String> {
+pub(super) fn line(
+    parameter: &Parameter,
+    estimate: &ParameterEstimate,
+    unit: &Unit,
+) -> Option<String> {
     let began = if parameter.value == 0.0 { parameter.nominal? } else { parameter.value };
     let ratio = (estimate.value / began).abs();
     let is_far = ratio > FAR || ratio < 1.0 / FAR && parameter.value != 0.0;
@@ -63,7 +67,7 @@ mod tests {
             fixed: false,
         };
         let sentence = |value: f64, std: Option<f64>| {
-            let estimate = Estimate {
+            let estimate = ParameterEstimate {
                 name: "L".to_owned(),
                 of: Direction::Parameter(0),
                 recording: None,

@@ -8,7 +8,7 @@
 //! σ is the noise of the output, or of the single reading if the noise is a formula or recorded. For a correct model z
 //! is standard normal whatever the noise is, so that tests keep their significance level.
 
-use dgd_identify::{Fit, Judged, Noise, Recording};
+use dgd_identify::{Fit, JudgedReading, NoiseSource, Recording};
 use dgd_runtime::signature::Distribution;
 use dgd_screen::distribution::normal_of_student;
 
@@ -34,14 +34,14 @@ impl Standardised {
 /// The noise used and estimated by a fit.
 #[derive(Clone, Copy)]
 pub(crate) struct Standard<'a> {
-    pub noise: &'a [Option<Noise>],
+    pub noise: &'a [Option<NoiseSource>],
     pub fit: &'a Fit,
 }
 
 impl Standard<'_> {
     /// Whether the readings of an output have standard deviations of their own.
     pub(crate) fn changes(&self, output: usize) -> bool {
-        self.noise[output].is_some_and(Noise::is_likelihood)
+        self.noise[output].is_some_and(NoiseSource::is_likelihood)
     }
 
     /// The residual of sample k of an output for the model outputs `w`; `None` if the output is not fitted and its
@@ -54,7 +54,7 @@ impl Standard<'_> {
         w: &[f64],
     ) -> Option<Standardised> {
         let (noise, sigma) = (self.noise[output]?, self.fit.noise[output]?);
-        if let Some(Judged { residual, distribution, deviance }) =
+        if let Some(JudgedReading { residual, distribution, deviance }) =
             noise.judge(recording, output, k, w)
         {
             let z = match distribution {

@@ -20,7 +20,7 @@ mod extrapolate;
 mod moved;
 mod report;
 
-use dgd_identify::Of as Count;
+use dgd_identify::Total as Count;
 use dgd_runtime::{Direction, Observations, Options, Signature, Solution};
 
 use crate::error::WorkError;

@@ -200,7 +200,7 @@ impl Branches {
                 segments: Vec::new(),
                 late_inputs: delayed_inputs(run, &u),
             };
-            for late in &solution.late {
+            for late in &solution.delayed_outputs {
                 let n_z = solution.n_z;
                 branch.z.extend_from_slice(&late.z[k * n_z..(k + 1) * n_z]);
                 branch.events.push(events(late.times[k]));

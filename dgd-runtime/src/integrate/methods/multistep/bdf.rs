@@ -23,14 +23,16 @@
 //! Shampine and Reichelt, The MATLAB ODE suite, SIAM Journal on Scientific Computing 18 (1997) 1–22,
 //! with their κ = 0.
 
-use crate::integrate::controller::{Controller, Law};
-use crate::integrate::drive::Drive;
-use crate::integrate::enclosure::Coefficients;
-use crate::integrate::methods::family::{Family, Judged, Needs, Remembers, Scale, Solves, Traits};
-use crate::integrate::methods::stepper::{Directions, Failed, Stepper, Trial};
+use crate::integrate::controller::{ControlLaw, Controller};
+use crate::integrate::drive::InputCursor;
+use crate::integrate::enclosure::PolynomialCoefficients;
+use crate::integrate::methods::family::{
+    EndEquations, ErrorScale, FamilyMemory, FamilyNeeds, FamilyTraits, JudgedStep, MethodFamily,
+};
+use crate::integrate::methods::stepper::{SensitivityWorkspace, StepFailure, StepTrial, Stepper};
 use crate::integrate::methods::tableaux::MAX_STAGES;
 use crate::solution::Statistics;
-use crate::solved::Solved;
+use crate::solved::SolvableSystem;
 use crate::system::Storage;
 
 /// The highest order.
@@ -48,7 +50,7 @@ pub(in crate::integrate) fn error_constant(order: usize) -> f64 {
 
 /// Stored data other than the differences ∇ʲy in `k[j]`, `v[j]`.
 #[derive(Debug, Clone, Copy, Default)]
-pub(in crate::integrate) struct History {
+pub(in crate::integrate) struct BdfHistory {
     /// k.
     pub(in crate::integrate) order: usize,
     /// Spacing of the values.
@@ -66,7 +68,7 @@ pub(in crate::integrate) struct History {
     pub(in crate::integrate) rejections: usize,
 }
 
-impl History {
+impl BdfHistory {
     /// The history at the start of a solution, whose slope is known.
     pub(in crate::integrate) fn beginning(h: f64, is_resumed: bool) -> Self {
         Self { order: 1, h, is_resumed, ..Self::default() }
@@ -119,7 +121,7 @@ impl History {
         y: f64,
         k: &[V; MAX_STAGES],
         d: f64,
-        out: &mut Coefficients,
+        out: &mut PolynomialCoefficients,
     ) -> usize {
         let len = self.order + 1;
         let stretch = h / self.h;
@@ -154,37 +156,37 @@ pub(crate) struct Bdf {
     pub(crate) most_order: usize,
 }
 
-impl Family for Bdf {
-    const TRAITS: Traits = Traits {
-        needs: Needs::Nothing,
-        remembers: Remembers::Differences,
-        solves: Solves::Nonlinear,
+impl MethodFamily for Bdf {
+    const TRAITS: FamilyTraits = FamilyTraits {
+        needs: FamilyNeeds::Nothing,
+        remembers: FamilyMemory::Differences,
+        solves: EndEquations::Nonlinear,
     };
-    const LAW: Law = Law::Piecewise;
+    const LAW: ControlLaw = ControlLaw::Piecewise;
 
     fn estimate_order(self, _rtol: f64) -> u32 {
         1
     }
 
     #[inline]
-    fn attempt<S: Solved>(
+    fn attempt<S: SolvableSystem>(
         self,
         stepper: &mut Stepper<S>,
-        trial: Trial<'_, S>,
-        drive: &mut Drive<S>,
-        directions: Option<&mut Directions<S>>,
+        trial: StepTrial<'_, S>,
+        drive: &mut InputCursor<S>,
+        directions: Option<&mut SensitivityWorkspace<S>>,
         statistics: &mut Statistics,
-    ) -> Result<(), Failed> {
+    ) -> Result<(), StepFailure> {
         stepper.attempt_bdf(trial, drive, directions, statistics)
     }
 
     #[inline]
-    fn advance<S: Solved>(
+    fn advance<S: SolvableSystem>(
         self,
         stepper: &mut Stepper<S>,
         _h: f64,
         _mass: &S::Vector,
-        directions: Option<&mut Directions<S>>,
+        directions: Option<&mut SensitivityWorkspace<S>>,
     ) {
         if stepper.is_cut {
             // Values are no longer equidistant.
@@ -194,20 +196,20 @@ impl Family for Bdf {
         }
     }
 
-    fn adapt_to_acceptance<S: Solved>(
+    fn adapt_to_acceptance<S: SolvableSystem>(
         self,
         stepper: &mut Stepper<S>,
-        judged: Judged,
-        scale: &Scale<'_, S>,
+        judged: JudgedStep,
+        scale: &ErrorScale<'_, S>,
         controller: &mut Controller,
     ) {
         stepper.choose_order(judged, scale, self.most_order, controller);
     }
 
-    fn adapt_to_rejection<S: Solved>(
+    fn adapt_to_rejection<S: SolvableSystem>(
         self,
         stepper: &mut Stepper<S>,
-        judged: Judged,
+        judged: JudgedStep,
         controller: &mut Controller,
     ) -> bool {
         let had_memory = !stepper.history.is_at_beginning();
@@ -216,45 +218,51 @@ impl Family for Bdf {
     }
 
     #[inline]
-    fn interpolate<S: Solved>(self, stepper: &Stepper<S>, theta: f64, y: &[f64], out: &mut [f64]) {
+    fn interpolate<S: SolvableSystem>(
+        self,
+        stepper: &Stepper<S>,
+        theta: f64,
+        y: &[f64],
+        out: &mut [f64],
+    ) {
         let Stepper { history, h, k, stage, .. } = stepper;
         history.interpolate(theta * h, y, k, stage.as_ref(), out);
     }
 
-    fn polynomial<S: Solved>(
+    fn polynomial<S: SolvableSystem>(
         self,
         stepper: &Stepper<S>,
         i: usize,
         y: f64,
-        out: &mut Coefficients,
+        out: &mut PolynomialCoefficients,
     ) -> usize {
         let Stepper { history, h, k, stage, .. } = stepper;
         history.polynomial(i, *h, y, k, stage.as_ref()[i], out)
     }
 
     #[inline]
-    fn interpolate_sensitivities<S: Solved>(
+    fn interpolate_sensitivities<S: SolvableSystem>(
         self,
         stepper: &Stepper<S>,
         theta: f64,
-        directions: &Directions<S>,
+        directions: &SensitivityWorkspace<S>,
         out: &mut [f64],
     ) {
-        let Directions { s, v, stage, .. } = directions;
+        let SensitivityWorkspace { s, v, stage, .. } = directions;
         stepper.history.interpolate(theta * stepper.h, s.as_ref(), v, stage.as_ref(), out);
     }
 }
 
-impl<S: Solved> Stepper<S> {
+impl<S: SolvableSystem> Stepper<S> {
     /// Tries a step.
     fn attempt_bdf(
         &mut self,
-        trial: Trial<'_, S>,
-        drive: &mut Drive<S>,
-        mut directions: Option<&mut Directions<S>>,
+        trial: StepTrial<'_, S>,
+        drive: &mut InputCursor<S>,
+        mut directions: Option<&mut SensitivityWorkspace<S>>,
         statistics: &mut Statistics,
-    ) -> Result<(), Failed> {
-        let Trial { base, y, h, .. } = trial;
+    ) -> Result<(), StepFailure> {
+        let StepTrial { base, y, h, .. } = trial;
         let y = y.as_ref();
         let order = self.history.order;
         let t = base.t + h;
@@ -299,7 +307,7 @@ impl<S: Solved> Stepper<S> {
     }
 
     /// Updates the differences to the end of the last tried step.
-    fn advance_differences(&mut self, directions: Option<&mut Directions<S>>) {
+    fn advance_differences(&mut self, directions: Option<&mut SensitivityWorkspace<S>>) {
         let order = self.history.order;
         advance(order, &self.stage, &mut self.k);
         if let Some(d) = directions {

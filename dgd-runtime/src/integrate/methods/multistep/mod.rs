@@ -3,4 +3,4 @@
 mod bdf;
 mod order;
 
-pub(in crate::integrate) use bdf::{Bdf, History, MAX_ORDER, error_constant};
+pub(in crate::integrate) use bdf::{Bdf, BdfHistory, MAX_ORDER, error_constant};

@@ -16,10 +16,10 @@
 //! 363–396.
 
 use crate::integrate::controller::Controller;
-use crate::integrate::methods::family::{Judged, Scale};
-use crate::integrate::methods::multistep::bdf::{History, MAX_ORDER, error_constant};
+use crate::integrate::methods::family::{ErrorScale, JudgedStep};
+use crate::integrate::methods::multistep::bdf::{BdfHistory, MAX_ORDER, error_constant};
 use crate::integrate::methods::stepper::Stepper;
-use crate::solved::Solved;
+use crate::solved::SolvableSystem;
 
 /// b, and that of a higher order.
 const BIAS: f64 = 6.0;
@@ -43,12 +43,12 @@ fn growth(order: usize, bias: f64, error: f64) -> f64 {
 const WORTH_GROWING: f64 = 1.2;
 const WORTH_SHRINKING: f64 = 0.7;
 
-impl<S: Solved> Stepper<S> {
+impl<S: SolvableSystem> Stepper<S> {
     /// Chooses order and size of the next steps after an accepted one, with orders up to `most`.
     pub(super) fn choose_order(
         &mut self,
-        Judged { h, error }: Judged,
-        scale: &Scale<'_, S>,
+        JudgedStep { h, error }: JudgedStep,
+        scale: &ErrorScale<'_, S>,
         most: usize,
         controller: &mut Controller,
     ) {
@@ -74,7 +74,7 @@ impl<S: Solved> Stepper<S> {
         if (WORTH_SHRINKING..WORTH_GROWING).contains(&factor) {
             return;
         }
-        let History { steps, is_resumed, .. } = self.history;
+        let BdfHistory { steps, is_resumed, .. } = self.history;
         let is_first = steps <= FIRST_STEPS && !is_resumed;
         let most_growth = if is_first { MOST_GROWTH_AT_FIRST } else { MOST_GROWTH };
         self.history.change_order(chosen);
@@ -88,7 +88,7 @@ impl<S: Solved> Stepper<S> {
     /// could not be evaluated, or several rejections, the remembered values are discarded.
     pub(super) fn shrink_or_forget(
         &mut self,
-        Judged { h, error }: Judged,
+        JudgedStep { h, error }: JudgedStep,
         controller: &mut Controller,
     ) {
         let history = &mut self.history;
@@ -104,7 +104,7 @@ impl<S: Solved> Stepper<S> {
     }
 
     /// Square of the error that a step of this order would have made.
-    fn error_of_order(&self, order: usize, scale: &Scale<'_, S>) -> f64 {
+    fn error_of_order(&self, order: usize, scale: &ErrorScale<'_, S>) -> f64 {
         let square = error_constant(order) * error_constant(order);
         square * scale.square(self.k[order + 1].as_ref(), |d| d.v[order + 1].as_ref())
     }

@@ -3,10 +3,10 @@
 // Lengths are constants if storage has a fixed size, but only after inlining.
 #![allow(clippy::inline_always)]
 
-use crate::integrate::methods::family::Asked;
+use crate::integrate::methods::family::RequestedTimes;
 use crate::integrate::methods::rosenbrock::lanes::{block_at, in_blocks};
 use crate::integrate::methods::tableaux::RosenbrockTableau;
-use crate::linalg::width::{Work, run_by_fours};
+use crate::linalg::width::{WidthTask, run_by_fours};
 use crate::system::Storage;
 
 /// cₗ of y + θ (c₁ + θ (c₂ + θ (c₃ + θ c₄))), the dense output of the tableau in powers of θ, with
@@ -87,7 +87,7 @@ pub(super) fn interpolate<V: Storage>(theta: f64, y: &[f64], dense: &[V; 4], out
 
 /// [`interpolate`] at each of the `asked` times, θ = (t − from)/h, appended to `out`.
 pub(super) fn interpolate_all<V: Storage>(
-    asked: Asked<'_>,
+    asked: RequestedTimes<'_>,
     y: &V,
     dense: &[V; 4],
     out: &mut Vec<f64>,
@@ -95,18 +95,18 @@ pub(super) fn interpolate_all<V: Storage>(
     let recorded = out.len();
     out.resize(recorded + y.as_ref().len() * asked.times.len(), 0.0);
     let out = &mut out[recorded..];
-    run_by_fours(Rows { asked, y, dense, out });
+    run_by_fours(DenseRows { asked, y, dense, out });
 }
 
 /// Rows of dense output to write.
-struct Rows<'a, V> {
-    asked: Asked<'a>,
+struct DenseRows<'a, V> {
+    asked: RequestedTimes<'a>,
     y: &'a V,
     dense: &'a [V; 4],
     out: &'a mut [f64],
 }
 
-impl<V: Storage> Work for Rows<'_, V> {
+impl<V: Storage> WidthTask for DenseRows<'_, V> {
     #[inline(always)]
     fn run(self) {
         match self.y.as_ref().len() {
@@ -114,7 +114,7 @@ impl<V: Storage> Work for Rows<'_, V> {
             2 => self.run_few::<2, 4>(),
             4 => self.run_few::<4, 2>(),
             n => {
-                let Self { asked: Asked { from, per_h, times }, y, dense, out } = self;
+                let Self { asked: RequestedTimes { from, per_h, times }, y, dense, out } = self;
                 for (t, out) in times.iter().zip(out.chunks_exact_mut(n.max(1))) {
                     interpolate((t - from) * per_h, y.as_ref(), dense, out);
                 }
@@ -123,11 +123,11 @@ impl<V: Storage> Work for Rows<'_, V> {
     }
 }
 
-impl<V: Storage> Rows<'_, V> {
+impl<V: Storage> DenseRows<'_, V> {
     /// Rows of N numbers, too few to fill vector operations, computed T at a time.
     #[inline(always)]
     fn run_few<const N: usize, const T: usize>(self) {
-        let Self { asked: Asked { from, per_h, times }, y, dense, out } = self;
+        let Self { asked: RequestedTimes { from, per_h, times }, y, dense, out } = self;
         let (blocks, rest) = times.as_chunks::<T>();
         let (blocks_out, rest_out) = out.as_chunks_mut::<N>().0.as_chunks_mut::<T>();
         let mut parts = [[[0.0; N]; T]; 5];
@@ -170,7 +170,7 @@ mod tests {
         for times in 0..20 {
             let asked: Vec<f64> = (0..times).map(|k| from + 0.03 * f64::from(k)).collect();
             let mut rows = vec![7.0];
-            let asked_times = Asked { from, per_h, times: &asked };
+            let asked_times = RequestedTimes { from, per_h, times: &asked };
             interpolate_all(asked_times, &y, &dense, &mut rows);
             let mut expected = vec![7.0];
             for t in &asked {

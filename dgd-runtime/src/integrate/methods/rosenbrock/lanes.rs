@@ -7,7 +7,7 @@
 #![allow(clippy::inline_always)]
 
 use crate::integrate::methods::tableaux::MAX_STAGES;
-use crate::solved::Solved;
+use crate::solved::SolvableSystem;
 use crate::system::Storage;
 
 /// Runs code on each block of `$len` numbers, a constant, from `$first` on: sums over a block stay in registers, and
@@ -120,7 +120,7 @@ pub(super) fn combine_any<V: Storage>(
 
 /// b ← f + M/h b + slope · df/dt.
 #[inline(always)]
-pub(super) fn add_rates<S: Solved>(
+pub(super) fn add_rates<S: SolvableSystem>(
     b: &mut [f64],
     f: &[f64],
     dfdt: &[f64],

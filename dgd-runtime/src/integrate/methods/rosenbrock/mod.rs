@@ -15,18 +15,22 @@
 mod dense;
 mod lanes;
 
-use crate::integrate::controller::Law;
-use crate::integrate::drive::Drive;
-use crate::integrate::enclosure::Coefficients;
-use crate::integrate::methods::family::{Asked, Family, Needs, Remembers, Solves, Traits};
+use crate::integrate::controller::ControlLaw;
+use crate::integrate::drive::InputCursor;
+use crate::integrate::enclosure::PolynomialCoefficients;
+use crate::integrate::methods::family::{
+    EndEquations, FamilyMemory, FamilyNeeds, FamilyTraits, MethodFamily, RequestedTimes,
+};
 use crate::integrate::methods::newton::failed;
 use crate::integrate::methods::non_finite::NonFinite;
-use crate::integrate::methods::stepper::{Base, Directions, Failed, Stepper, Trial};
+use crate::integrate::methods::stepper::{
+    SensitivityWorkspace, StepBase, StepFailure, StepTrial, Stepper,
+};
 use crate::integrate::methods::tableaux::RosenbrockTableau;
 use crate::linalg::Factorisation;
 use crate::solution::Statistics;
-use crate::solved::Solved;
-use crate::system::{Pattern, Point, Storage};
+use crate::solved::SolvableSystem;
+use crate::system::{EvaluationPoint, Pattern, Storage};
 use dense::{dense_vectors, interpolate, interpolate_all};
 use lanes::{add_rates, combine, combine_any, sum};
 
@@ -34,27 +38,27 @@ use lanes::{add_rates, combine, combine_any, sum};
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Rosenbrock(pub(crate) &'static RosenbrockTableau);
 
-impl Family for Rosenbrock {
-    const TRAITS: Traits = Traits {
-        needs: Needs::AllDerivatives,
-        remembers: Remembers::Nothing,
-        solves: Solves::Linear,
+impl MethodFamily for Rosenbrock {
+    const TRAITS: FamilyTraits = FamilyTraits {
+        needs: FamilyNeeds::AllDerivatives,
+        remembers: FamilyMemory::Nothing,
+        solves: EndEquations::Linear,
     };
-    const LAW: Law = Law::Predictive;
+    const LAW: ControlLaw = ControlLaw::Predictive;
 
     fn estimate_order(self, _rtol: f64) -> u32 {
         self.0.estimate_order
     }
 
     #[inline]
-    fn attempt<S: Solved>(
+    fn attempt<S: SolvableSystem>(
         self,
         stepper: &mut Stepper<S>,
-        trial: Trial<'_, S>,
-        drive: &mut Drive<S>,
-        directions: Option<&mut Directions<S>>,
+        trial: StepTrial<'_, S>,
+        drive: &mut InputCursor<S>,
+        directions: Option<&mut SensitivityWorkspace<S>>,
         statistics: &mut Statistics,
-    ) -> Result<(), Failed> {
+    ) -> Result<(), StepFailure> {
         statistics.factorisations += 1;
         stepper.attempt_rosenbrock(self.0, trial, drive, directions)?;
         statistics.evaluations += self.0.evaluations();
@@ -62,31 +66,31 @@ impl Family for Rosenbrock {
     }
 
     #[inline]
-    fn local_error<S: Solved>(self, stepper: &Stepper<S>) -> &[f64] {
+    fn local_error<S: SolvableSystem>(self, stepper: &Stepper<S>) -> &[f64] {
         stepper.k[self.0.stages() - 1].as_ref()
     }
 
     #[inline]
-    fn sensitivity_error<S: Solved>(self, directions: &Directions<S>) -> &[f64] {
+    fn sensitivity_error<S: SolvableSystem>(self, directions: &SensitivityWorkspace<S>) -> &[f64] {
         directions.v[self.0.stages() - 1].as_ref()
     }
 
-    fn non_finite<S: Solved>(
+    fn non_finite<S: SolvableSystem>(
         self,
         stepper: &mut Stepper<S>,
-        trial: Trial<'_, S>,
-        drive: &mut Drive<S>,
-        directions: Option<&mut Directions<S>>,
+        trial: StepTrial<'_, S>,
+        drive: &mut InputCursor<S>,
+        directions: Option<&mut SensitivityWorkspace<S>>,
     ) -> Option<(f64, NonFinite)> {
         stepper.find_non_finite(self.0, trial, drive, directions)
     }
 
     #[inline]
-    fn prepare_dense<S: Solved>(
+    fn prepare_dense<S: SolvableSystem>(
         self,
         stepper: &mut Stepper<S>,
         y: &[f64],
-        directions: Option<&mut Directions<S>>,
+        directions: Option<&mut SensitivityWorkspace<S>>,
     ) {
         let stages = self.0.stages();
         let y_new = stepper.y_new.as_ref();
@@ -98,16 +102,22 @@ impl Family for Rosenbrock {
     }
 
     #[inline]
-    fn interpolate<S: Solved>(self, stepper: &Stepper<S>, theta: f64, y: &[f64], out: &mut [f64]) {
+    fn interpolate<S: SolvableSystem>(
+        self,
+        stepper: &Stepper<S>,
+        theta: f64,
+        y: &[f64],
+        out: &mut [f64],
+    ) {
         interpolate(theta, y, &stepper.dense, out);
     }
 
-    fn polynomial<S: Solved>(
+    fn polynomial<S: SolvableSystem>(
         self,
         stepper: &Stepper<S>,
         i: usize,
         y: f64,
-        out: &mut Coefficients,
+        out: &mut PolynomialCoefficients,
     ) -> usize {
         let [c1, c2, c3, c4] = &stepper.dense;
         out[..5].copy_from_slice(&[
@@ -121,21 +131,21 @@ impl Family for Rosenbrock {
     }
 
     #[inline]
-    fn interpolate_sensitivities<S: Solved>(
+    fn interpolate_sensitivities<S: SolvableSystem>(
         self,
         _stepper: &Stepper<S>,
         theta: f64,
-        directions: &Directions<S>,
+        directions: &SensitivityWorkspace<S>,
         out: &mut [f64],
     ) {
         interpolate(theta, directions.s.as_ref(), &directions.dense, out);
     }
 
     #[inline]
-    fn interpolate_all<S: Solved>(
+    fn interpolate_all<S: SolvableSystem>(
         self,
         stepper: &Stepper<S>,
-        asked: Asked<'_>,
+        asked: RequestedTimes<'_>,
         y: &S::Vector,
         _row: &mut S::Vector,
         out: &mut Vec<f64>,
@@ -144,18 +154,18 @@ impl Family for Rosenbrock {
     }
 
     #[inline]
-    fn interpolate_all_sensitivities<S: Solved>(
+    fn interpolate_all_sensitivities<S: SolvableSystem>(
         self,
         _stepper: &Stepper<S>,
-        asked: Asked<'_>,
-        directions: &Directions<S>,
+        asked: RequestedTimes<'_>,
+        directions: &SensitivityWorkspace<S>,
         _row: &mut S::Sensitivity,
         out: &mut Vec<f64>,
     ) {
         interpolate_all(asked, &directions.s, &directions.dense, out);
     }
 
-    fn interpolate_chosen<S: Solved>(
+    fn interpolate_chosen<S: SolvableSystem>(
         self,
         stepper: &mut Stepper<S>,
         theta: f64,
@@ -176,17 +186,17 @@ impl Family for Rosenbrock {
     }
 }
 
-impl<S: Solved> Stepper<S> {
+impl<S: SolvableSystem> Stepper<S> {
     /// Tries a step; the stepper is linearised at its start.
     #[inline]
     fn attempt_rosenbrock(
         &mut self,
         tableau: &RosenbrockTableau,
-        trial: Trial<'_, S>,
-        drive: &mut Drive<S>,
-        directions: Option<&mut Directions<S>>,
-    ) -> Result<(), Failed> {
-        let Trial { base: Base { system, mass, t, .. }, h, .. } = trial;
+        trial: StepTrial<'_, S>,
+        drive: &mut InputCursor<S>,
+        directions: Option<&mut SensitivityWorkspace<S>>,
+    ) -> Result<(), StepFailure> {
+        let StepTrial { base: StepBase { system, mass, t, .. }, h, .. } = trial;
         let mass = mass.as_ref();
         let pattern = &system.signature().jacobian;
         let factorised = self.factorise_step(
@@ -210,9 +220,9 @@ impl<S: Solved> Stepper<S> {
     fn make_stages(
         &mut self,
         tableau: &RosenbrockTableau,
-        trial: Trial<'_, S>,
-        drive: &mut Drive<S>,
-        mut directions: Option<&mut Directions<S>>,
+        trial: StepTrial<'_, S>,
+        drive: &mut InputCursor<S>,
+        mut directions: Option<&mut SensitivityWorkspace<S>>,
     ) {
         let stages = tableau.stages();
         macro_rules! make {
@@ -239,11 +249,11 @@ impl<S: Solved> Stepper<S> {
     fn make_stage<const I: usize>(
         &mut self,
         tableau: &RosenbrockTableau,
-        trial: Trial<'_, S>,
-        drive: &mut Drive<S>,
-        mut directions: Option<&mut Directions<S>>,
+        trial: StepTrial<'_, S>,
+        drive: &mut InputCursor<S>,
+        mut directions: Option<&mut SensitivityWorkspace<S>>,
     ) {
-        let Trial { base: Base { system, p, z, mass, t }, y, h, .. } = trial;
+        let StepTrial { base: StepBase { system, p, z, mass, t }, y, h, .. } = trial;
         let (y, mass) = (y.as_ref(), mass.as_ref());
         let per_h = 1.0 / h;
         let slope = h * tableau.gamma_sums[I];
@@ -264,8 +274,8 @@ impl<S: Solved> Stepper<S> {
             self.f.as_ref()
         } else {
             let stage_t = t + tableau.alpha[I] * h;
-            let u = drive.at(stage_t, stage.as_ref());
-            let point = Point { t: stage_t, y: stage.as_ref(), u, p, z };
+            let u = drive.evaluate(stage_t, stage.as_ref());
+            let point = EvaluationPoint { t: stage_t, y: stage.as_ref(), u, p, z };
             let f = self.rhs.as_mut();
             match (&mut directions, &of_s) {
                 (Some(d), Some((stage, _))) => {
@@ -321,11 +331,11 @@ impl<S: Solved> Stepper<S> {
     fn find_non_finite(
         &mut self,
         tableau: &RosenbrockTableau,
-        trial: Trial<'_, S>,
-        drive: &mut Drive<S>,
-        mut directions: Option<&mut Directions<S>>,
+        trial: StepTrial<'_, S>,
+        drive: &mut InputCursor<S>,
+        mut directions: Option<&mut SensitivityWorkspace<S>>,
     ) -> Option<(f64, NonFinite)> {
-        let Trial { base: Base { system, p, z, t, .. }, y, h, .. } = trial;
+        let StepTrial { base: StepBase { system, p, z, t, .. }, y, h, .. } = trial;
         let y = y.as_ref();
         let n = y.len();
         let bad = |values: &[f64]| values.iter().position(|value| !value.is_finite());
@@ -353,8 +363,8 @@ impl<S: Solved> Stepper<S> {
             let a = &tableau.a[i];
             let stage_t = t + tableau.alpha[i] * h;
             combine_any(y, &self.k[..i], a, self.stage.as_mut());
-            let u = drive.at(stage_t, self.stage.as_ref());
-            let point = Point { t: stage_t, y: self.stage.as_ref(), u, p, z };
+            let u = drive.evaluate(stage_t, self.stage.as_ref());
+            let point = EvaluationPoint { t: stage_t, y: self.stage.as_ref(), u, p, z };
             let row = match &mut directions {
                 None => {
                     system.rhs(point, self.rhs.as_mut());

@@ -3,7 +3,7 @@
 use super::*;
 use crate::codegen::taylor::MOST_ORDER;
 use crate::integrate::methods::catalogue::METHODS;
-use crate::signal::Side;
+use crate::signal::LimitSide;
 use crate::system::Signature;
 use crate::{Inputs, Problem, System};
 use support::problems::{Logistic, LogisticDae};
@@ -54,8 +54,8 @@ fn errors<E: Equations>(kind: MethodKind, steps: u32, exact: Exact) -> [f64; 3] 
     let problem = Problem { system: &system, p: &p, inputs: &inputs, start: &[] };
     // Makes Newton's method iterate to rounding.
     let tolerances = Tolerances { rtol: 1e-13, atol: 1e-13 };
-    let segment = inputs.segment(inputs.segment_at(0.0, Side::Right));
-    let mut drive = Drive::new(&problem, segment, 0.0, 0, tolerances);
+    let segment = inputs.segment(inputs.segment_at(0.0, LimitSide::Right));
+    let mut drive = InputCursor::new(&problem, segment, 0.0, 0, tolerances);
     let signature: &Signature = system.signature();
     let n = signature.unknowns.len();
     let mut mass = vec![0.0; n];
@@ -66,9 +66,9 @@ fn errors<E: Equations>(kind: MethodKind, steps: u32, exact: Exact) -> [f64; 3] 
 
     let mut stepper = Stepper::new(&system, kind);
     if let MethodKind::Taylor(order) = kind {
-        stepper.expansion = Expansion::new(&system, order.unwrap_or(MOST_ORDER), s.len() / n);
+        stepper.expansion = TaylorExpansion::new(&system, order.unwrap_or(MOST_ORDER), s.len() / n);
     }
-    let mut d = Directions::new(&system);
+    let mut d = SensitivityWorkspace::new(&system);
     d.s.copy_from_slice(&s);
     d.sizes.fill(1.0);
     let slopes = slopes(exact, 0.0);
@@ -89,14 +89,14 @@ fn errors<E: Equations>(kind: MethodKind, steps: u32, exact: Exact) -> [f64; 3] 
     let (mut inside, mut inside_s) = (vec![0.0; n], vec![0.0; s.len()]);
     for step in 0..steps {
         let t = f64::from(step) * h;
-        let base = Base { system: &system, p: &p, z: &[], mass: &mass, t };
+        let base = StepBase { system: &system, p: &p, z: &[], mass: &mass, t };
         if stepper.traits.wants_jacobian() {
-            stepper.linearize(base, &mut drive, &y, Some((&mut d, At::Start)));
+            stepper.linearize(base, &mut drive, &y, Some((&mut d, StepEnd::Start)));
         }
         if stepper.traits.wants_series() {
             stepper.expand(base, &mut drive, &y, h, Some(&d));
         }
-        let trial = Trial { base, y: &y, h, sizes: &sizes, tolerances };
+        let trial = StepTrial { base, y: &y, h, sizes: &sizes, tolerances };
         stepper.attempt(trial, &mut drive, Some(&mut d), &mut statistics).unwrap();
         stepper.prepare_dense(&y, Some(&mut d));
         stepper.interpolate(0.4, &y, &mut inside);

@@ -14,5 +14,5 @@ pub use rodas5p::RODAS5P;
 pub use rosenbrock::RosenbrockTableau;
 pub(in crate::integrate) use runge_kutta::extrapolate;
 pub use runge_kutta::{EqualSteps, RungeKuttaTableau};
-pub use triangle::{MAX_STAGES, Triangle, triangle};
+pub use triangle::{LowerTriangle, MAX_STAGES, triangle};
 pub use tsit5::TSIT5;

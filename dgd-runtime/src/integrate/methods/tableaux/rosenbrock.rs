@@ -1,6 +1,6 @@
 //! Coefficients of Rosenbrock methods.
 
-use crate::integrate::methods::tableaux::Triangle;
+use crate::integrate::methods::tableaux::LowerTriangle;
 
 /// Coefficients of a stiffly accurate Rosenbrock method for M ẏ = f(t, y), transformed so that no
 /// product with the Jacobian is needed.
@@ -20,9 +20,9 @@ pub struct RosenbrockTableau {
     /// γ, the same in all stages.
     pub gamma: f64,
     /// aᵢⱼ, a strictly lower triangle.
-    pub a: Triangle,
+    pub a: LowerTriangle,
     /// cᵢⱼ, a strictly lower triangle.
-    pub c: Triangle,
+    pub c: LowerTriangle,
     /// αᵢ, positions of the stages within the step.
     pub alpha: &'static [f64],
     /// γᵢ, weights of ∂f/∂t.

@@ -1,7 +1,7 @@
 //! Coefficients of explicit and singly diagonally implicit Runge–Kutta methods.
 
-use crate::integrate::enclosure::Coefficients;
-use crate::integrate::methods::tableaux::{MAX_STAGES, Triangle};
+use crate::integrate::enclosure::PolynomialCoefficients;
+use crate::integrate::methods::tableaux::{LowerTriangle, MAX_STAGES};
 use crate::system::Storage;
 
 /// Coefficients of a Runge–Kutta method whose first stage is at the start of the step and whose last stage closes it.
@@ -19,7 +19,7 @@ pub struct RungeKuttaTableau {
     /// γ, the same in all stages but the first.
     pub gamma: f64,
     /// aᵢⱼ, a strictly lower triangle.
-    pub a: Triangle,
+    pub a: LowerTriangle,
     /// cᵢ, positions of the stages within the step.
     pub c: &'static [f64],
     /// eᵢ, weights of the local error.
@@ -74,7 +74,7 @@ impl RungeKuttaTableau {
         h: f64,
         y: f64,
         k: &[V; MAX_STAGES],
-        out: &mut Coefficients,
+        out: &mut PolynomialCoefficients,
     ) -> usize {
         out[..5].copy_from_slice(&[y, 0.0, 0.0, 0.0, 0.0]);
         for (weights, k) in self.dense.iter().zip(k) {

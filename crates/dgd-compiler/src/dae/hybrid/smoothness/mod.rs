@@ -9,16 +9,16 @@
 mod point;
 mod sides;
 
-pub(super) use self::point::Sizes;
-use self::point::{Point, Random};
-use self::sides::Sides;
+pub(super) use self::point::SymbolSizes;
+use self::point::{SamplePoint, SplitMix64};
+use self::sides::SurfaceSides;
 use crate::expr::graph::Comparison;
 use crate::expr::hash::HashMap;
-use crate::expr::{ExprId, Graph, Node, Symbol, Tape};
+use crate::expr::{ExprGraph, ExprId, Node, Symbol, Tape};
 
 /// Continuity of an expression across a surface, from best to worst.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-pub(super) enum Passage {
+pub(super) enum Continuity {
     /// Value and slope are continuous.
     Smooth,
     /// The value is continuous, the slope jumps.
@@ -28,10 +28,15 @@ pub(super) enum Passage {
 }
 
 /// Value of a switch, by its node, on the side e > 0 of its surface: 1 or −1.
-pub(super) type Signs = HashMap<ExprId, f64>;
+pub(super) type SwitchSigns = HashMap<ExprId, f64>;
 
 /// The root on the side e > 0 (side 1) or e < 0 (side −1).
-pub(super) fn on_side(graph: &mut Graph, root: ExprId, signs: &Signs, side: f64) -> ExprId {
+pub(super) fn on_side(
+    graph: &mut ExprGraph,
+    root: ExprId,
+    signs: &SwitchSigns,
+    side: f64,
+) -> ExprId {
     let mut built: HashMap<ExprId, ExprId> = HashMap::default();
     for (id, node) in graph.listed([root]) {
         let sign = signs.get(&id).map(|sign| sign * side);
@@ -62,17 +67,17 @@ pub(super) fn is_greater(comparison: Comparison) -> bool {
 /// false. A condition that has not is then assumed to take the other value, unless the surface itself decides it, as x
 /// = 0 decides x < p for a positive parameter.
 pub(super) fn passage(
-    graph: &mut Graph,
-    sizes: &Sizes,
+    graph: &mut ExprGraph,
+    sizes: &SymbolSizes,
     root: ExprId,
     surface: ExprId,
-    signs: &Signs,
-) -> Passage {
+    signs: &SwitchSigns,
+) -> Continuity {
     let sides = [1.0, -1.0].map(|side| on_side(graph, root, signs, side));
     if sides[0] == sides[1] {
-        return Passage::Smooth;
+        return Continuity::Smooth;
     }
-    let mut comparison = Sides::new(graph, sizes, surface);
+    let mut comparison = SurfaceSides::new(graph, sizes, surface);
     let mut passage = comparison.compare(sides, true);
     let on_surface = comparison.graph.symbols(surface);
     let unmet: Vec<(ExprId, bool)> = comparison
@@ -113,7 +118,7 @@ pub(super) fn passage(
     let is_of_unknown =
         |symbol: &Symbol| symbol.is_of_unknown() || matches!(symbol, Symbol::DelayedUnknown(_));
     let moves_by_itself = !on_surface.iter().any(is_of_unknown);
-    passage.unwrap_or(if moves_by_itself { Passage::Jump } else { Passage::Corner })
+    passage.unwrap_or(if moves_by_itself { Continuity::Jump } else { Continuity::Corner })
 }
 
 fn is_sign(node: Node) -> bool {
@@ -122,15 +127,15 @@ fn is_sign(node: Node) -> bool {
 
 /// The values of an expression at random points, which are the same for expressions of the same symbols.
 pub(super) fn values_at_random<const N: usize>(
-    graph: &Graph,
-    sizes: &Sizes,
+    graph: &ExprGraph,
+    sizes: &SymbolSizes,
     root: ExprId,
 ) -> [f64; N] {
-    let mut random = Random::default();
-    let tape = Tape::of(graph, [root]);
+    let mut random = SplitMix64::default();
+    let tape = Tape::from_roots(graph, [root]);
     let symbols = tape.symbols();
     std::array::from_fn(|_| {
-        let point = Point::random(sizes, &symbols, 0.0, &mut random);
+        let point = SamplePoint::random(sizes, &symbols, 0.0, &mut random);
         let [value] = point.evaluate(&tape, &mut Vec::new());
         value
     })

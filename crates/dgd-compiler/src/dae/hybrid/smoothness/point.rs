@@ -1,6 +1,6 @@
 //! Random points, scaled by the sizes of symbols, and moving them to where a condition changes.
 
-use crate::dae::{AutomatonKind, Dae, DelayedUnknown, position};
+use crate::dae::{AutomatonKind, Dae, DaeDelayedUnknown, position};
 use crate::expr::{Symbol, Tape};
 use crate::model::Model;
 
@@ -17,26 +17,26 @@ const COUNTED: f64 = 3.0;
 const SEED: u64 = 0x9E37_79B9_7F4A_7C15;
 
 /// The threshold e = 0 of a condition: for each symbol v, e and ∂e/∂v.
-pub(super) struct Threshold {
+pub(super) struct SwitchThreshold {
     pub(super) slopes: Vec<(Symbol, Tape<2>)>,
 }
 
 /// Sizes of symbols.
-pub(in super::super) struct Sizes {
+pub(in super::super) struct SymbolSizes {
     parameters: Vec<f64>,
     unknowns: Vec<f64>,
     /// Those of declared inputs, then those of delayed ones.
     inputs: Vec<f64>,
     /// Those of delayed unknowns.
-    late: Vec<f64>,
+    delayed_values: Vec<f64>,
     /// For each array, its first element and their size.
     arrays: Vec<(u32, f64)>,
     /// For each discrete number, its number of values; none for counts.
     modes: Vec<Option<usize>>,
 }
 
-impl Sizes {
-    pub(in super::super) fn of(dae: &Dae, model: &Model) -> Sizes {
+impl SymbolSizes {
+    pub(in super::super) fn estimate(dae: &Dae, model: &Model) -> SymbolSizes {
         let parameters: Vec<f64> = dae.parameters.iter().map(|parameter| parameter.value).collect();
         let at_start = |symbol| match symbol {
             Symbol::Parameter(i) | Symbol::SweptParameter(i, _) => parameters[i as usize],
@@ -65,14 +65,14 @@ impl Sizes {
             unit.factor.abs().max(unit.offset.abs())
         };
         let arrays: Vec<(u32, f64)> = arrays.collect();
-        let of_late = |late: &DelayedUnknown| match late.unknown {
+        let of_delayed = |delayed: &DaeDelayedUnknown| match delayed.unknown {
             Symbol::Element(i) => of_element(&arrays, i),
             unknown => unknowns[position(unknown)],
         };
-        let late_inputs = dae.delayed_inputs.iter().map(|late| late.input);
-        Sizes {
-            inputs: (0..model.inputs.len()).chain(late_inputs).map(input).collect(),
-            late: dae.delayed_unknowns.iter().map(of_late).collect(),
+        let delayed_inputs = dae.delayed_inputs.iter().map(|delayed| delayed.input);
+        SymbolSizes {
+            inputs: (0..model.inputs.len()).chain(delayed_inputs).map(input).collect(),
+            delayed_values: dae.delayed_unknowns.iter().map(of_delayed).collect(),
             arrays,
             modes: values_of_discrete(dae),
             parameters,
@@ -112,16 +112,21 @@ fn of_element(arrays: &[(u32, f64)], i: u32) -> f64 {
 }
 
 /// A point: values of symbols, and their sizes.
-pub(super) struct Point {
+pub(super) struct SamplePoint {
     /// Its symbols, ascending.
     keys: Vec<u128>,
     values: Vec<f64>,
     sizes: Vec<f64>,
 }
 
-impl Point {
+impl SamplePoint {
     /// Values of up to two sizes, or up to `spread` decades more or less. Symbols ascend.
-    pub(super) fn random(of: &Sizes, symbols: &[Symbol], spread: f64, random: &mut Random) -> Self {
+    pub(super) fn random(
+        of: &SymbolSizes,
+        symbols: &[Symbol],
+        spread: f64,
+        random: &mut SplitMix64,
+    ) -> Self {
         let (mut values, mut sizes) = (Vec::new(), Vec::new());
         for symbol in symbols {
             let mut around_zero = |size: f64| {
@@ -135,7 +140,7 @@ impl Point {
                     (size, size * (1.0 + 0.5 * random.next()))
                 }
                 Symbol::Unknown(i) => around_zero(of.unknowns[i as usize]),
-                Symbol::DelayedUnknown(k) => around_zero(of.late[k as usize]),
+                Symbol::DelayedUnknown(k) => around_zero(of.delayed_values[k as usize]),
                 Symbol::Input(i) | Symbol::SweptInput(i, _) => {
                     around_zero(of.inputs.get(i as usize).copied().unwrap_or(1.0))
                 }
@@ -157,22 +162,22 @@ impl Point {
         Self { keys, values, sizes }
     }
 
-    fn at(&self, symbol: Symbol) -> usize {
+    fn position(&self, symbol: Symbol) -> usize {
         let index = self.keys.binary_search(&symbol.key());
         index.unwrap_or_else(|_| unreachable!("{symbol:?} has a value"))
     }
 
     pub(super) fn value(&self, symbol: Symbol) -> f64 {
-        self.values[self.at(symbol)]
+        self.values[self.position(symbol)]
     }
 
     pub(super) fn set(&mut self, symbol: Symbol, value: f64) {
-        let position = self.at(symbol);
+        let position = self.position(symbol);
         self.values[position] = value;
     }
 
     pub(super) fn size(&self, symbol: Symbol) -> f64 {
-        let position = self.at(symbol);
+        let position = self.position(symbol);
         self.sizes[position].abs().max(self.values[position].abs())
     }
 
@@ -215,7 +220,12 @@ impl Point {
     }
 
     /// Moves a symbol, other than `kept` if possible, close to a threshold.
-    pub(super) fn move_near(&mut self, threshold: &Threshold, kept: Symbol, random: &mut Random) {
+    pub(super) fn move_near(
+        &mut self,
+        threshold: &SwitchThreshold,
+        kept: Symbol,
+        random: &mut SplitMix64,
+    ) {
         let other = threshold.slopes.iter().rev().find(|(symbol, _)| *symbol != kept);
         let Some((v, tape)) = other.or(threshold.slopes.first()) else { return };
         let from = self.value(*v);
@@ -268,15 +278,15 @@ impl Point {
 }
 
 /// Numbers in (−1, 1), the same in every run: SplitMix64 (Steele, Lea, Flood 2014).
-pub(super) struct Random(u64);
+pub(super) struct SplitMix64(u64);
 
-impl Default for Random {
+impl Default for SplitMix64 {
     fn default() -> Self {
         Self(SEED)
     }
 }
 
-impl Random {
+impl SplitMix64 {
     pub(super) fn next(&mut self) -> f64 {
         self.0 = self.0.wrapping_add(0x9E37_79B9_7F4A_7C15);
         let mut z = self.0;

@@ -2,9 +2,9 @@
 
 use std::collections::BTreeMap;
 
-use super::point::{Point, Random, Sizes, Threshold};
-use super::{Passage, is_sign};
-use crate::expr::{ExprId, Graph, Node, Symbol, Tape};
+use super::point::{SamplePoint, SplitMix64, SwitchThreshold, SymbolSizes};
+use super::{Continuity, is_sign};
+use crate::expr::{ExprGraph, ExprId, Node, Symbol, Tape};
 
 /// Points to try, and the number that suffices if both sides can be evaluated there.
 const TRIALS: usize = 128;
@@ -30,16 +30,16 @@ const NONE: f64 = 1e-2;
 const ROUNDING: f64 = 1e-12;
 
 /// The comparison of two sides of a surface.
-pub(super) struct Sides<'a> {
-    pub(super) graph: &'a mut Graph,
-    sizes: &'a Sizes,
+pub(super) struct SurfaceSides<'a> {
+    pub(super) graph: &'a mut ExprGraph,
+    sizes: &'a SymbolSizes,
     surface: ExprId,
     /// Whether each of the sides' conditions has been false, and true.
     pub(super) met: BTreeMap<ExprId, [bool; 2]>,
 }
 
 /// A symbol to move to the surface, and the tapes to evaluate then.
-struct Direction {
+struct SurfaceApproach {
     symbol: Symbol,
     /// e, ∂e/∂v, both sides, and their derivatives to v.
     all: Tape<6>,
@@ -50,13 +50,13 @@ struct Direction {
     symbols: Vec<Symbol>,
 }
 
-impl<'a> Sides<'a> {
-    pub(super) fn new(graph: &'a mut Graph, sizes: &'a Sizes, surface: ExprId) -> Self {
+impl<'a> SurfaceSides<'a> {
+    pub(super) fn new(graph: &'a mut ExprGraph, sizes: &'a SymbolSizes, surface: ExprId) -> Self {
         Self { graph, sizes, surface, met: BTreeMap::new() }
     }
 
     /// The worst passage at random points; `None` if the sides can be evaluated at none of them.
-    pub(super) fn compare(&mut self, sides: [ExprId; 2], all: bool) -> Option<Passage> {
+    pub(super) fn compare(&mut self, sides: [ExprId; 2], all: bool) -> Option<Continuity> {
         let candidates: Vec<Symbol> =
             self.graph.symbols(self.surface).into_iter().filter(|symbol| moves(*symbol)).collect();
         let mut thresholds = Vec::new();
@@ -71,10 +71,10 @@ impl<'a> Sides<'a> {
         let hides = !thresholds.is_empty()
             || sides.iter().any(|side| self.graph.symbols(*side).iter().any(is_mode));
         let enough = if hides { MANY } else { ENOUGH };
-        let mut directions: Vec<Option<Direction>> = Vec::new();
+        let mut directions: Vec<Option<SurfaceApproach>> = Vec::new();
         directions.resize_with(candidates.len(), || None);
         let mut worst = None;
-        let mut random = Random::default();
+        let mut random = SplitMix64::default();
         let mut compared = 0;
         let mut values = Vec::new();
         for trial in 0..TRIALS {
@@ -86,7 +86,8 @@ impl<'a> Sides<'a> {
             let direction =
                 &*directions[k].get_or_insert_with(|| self.direction(sides, candidates[k]));
             let spread = if trial % 2 == 1 { WIDE } else { 0.0 };
-            let mut point = Point::random(self.sizes, &direction.symbols, spread, &mut random);
+            let mut point =
+                SamplePoint::random(self.sizes, &direction.symbols, spread, &mut random);
             if trial % 4 > 1 && !thresholds.is_empty() {
                 let which = (0.5 * (random.next() + 1.0) * thresholds.len() as f64) as usize;
                 point.move_near(&thresholds[which], direction.symbol, &mut random);
@@ -94,7 +95,7 @@ impl<'a> Sides<'a> {
             let Some(found) = passage_at(&mut point, direction, &mut values) else { continue };
             compared += 1;
             worst = worst.max(Some(found));
-            if worst == Some(Passage::Jump) {
+            if worst == Some(Continuity::Jump) {
                 break;
             }
             if all && !self.met.is_empty() {
@@ -106,20 +107,20 @@ impl<'a> Sides<'a> {
     }
 
     /// The tapes for moving a symbol to the surface.
-    fn direction(&mut self, [above, below]: [ExprId; 2], symbol: Symbol) -> Direction {
+    fn direction(&mut self, [above, below]: [ExprId; 2], symbol: Symbol) -> SurfaceApproach {
         let (graph, surface) = (&mut *self.graph, self.surface);
         let [e_v, above_v, below_v] = [surface, above, below].map(|e| {
             let gradient = graph.gradient(e, |other| (other == symbol).then_some(0));
             gradient.first().map_or_else(|| graph.constant(0.0), |(_, slope)| *slope)
         });
-        let tape = Tape::of(graph, [surface, e_v, above, below, above_v, below_v]);
-        let surface = Tape::of(graph, [surface, e_v]);
+        let tape = Tape::from_roots(graph, [surface, e_v, above, below, above_v, below_v]);
+        let surface = Tape::from_roots(graph, [surface, e_v]);
         let (symbols, moving) = (tape.symbols(), tape.readers(symbol));
-        Direction { symbol, all: tape, moving, surface, symbols }
+        SurfaceApproach { symbol, all: tape, moving, surface, symbols }
     }
 
     /// Thresholds of conditions other than the surface's own: e, and ∂e/∂v for each symbol v that moves.
-    fn thresholds(&mut self) -> Vec<Threshold> {
+    fn thresholds(&mut self) -> Vec<SwitchThreshold> {
         let conditions: Vec<ExprId> = self.met.keys().copied().collect();
         let mut thresholds = Vec::new();
         for condition in conditions {
@@ -137,11 +138,11 @@ impl<'a> Sides<'a> {
             let slopes = symbols.into_iter().filter_map(|v| {
                 let gradient = graph.gradient(e, |symbol| (symbol == v).then_some(0));
                 let (_, slope) = gradient.first()?;
-                Some((v, Tape::of(graph, [e, *slope])))
+                Some((v, Tape::from_roots(graph, [e, *slope])))
             });
             let slopes: Vec<_> = slopes.collect();
             if !slopes.is_empty() {
-                thresholds.push(Threshold { slopes });
+                thresholds.push(SwitchThreshold { slopes });
             }
         }
         thresholds
@@ -172,7 +173,11 @@ fn note_conditions(tape: &Tape<6>, values: &[f64], met: &mut BTreeMap<ExprId, [b
 /// evaluated.
 ///
 /// `values` receives those of all nodes of the sides, next to the surface.
-fn passage_at(point: &mut Point, direction: &Direction, values: &mut Vec<f64>) -> Option<Passage> {
+fn passage_at(
+    point: &mut SamplePoint,
+    direction: &SurfaceApproach,
+    values: &mut Vec<f64>,
+) -> Option<Continuity> {
     let v = direction.symbol;
     let off = point.evaluate(&direction.all, values);
     let rising = point.move_to_surface(v, &direction.surface)?;
@@ -203,9 +208,9 @@ fn passage_at(point: &mut Point, direction: &Direction, values: &mut Vec<f64>) -
     };
     // A slope that is infinite on one side differs from that on the other.
     match (differs(2, 3, None), differs(4, 5, Some(true))) {
-        (Some(true), _) => Some(Passage::Jump),
-        (Some(false), Some(true)) => Some(Passage::Corner),
-        (Some(false), Some(false)) => Some(Passage::Smooth),
+        (Some(true), _) => Some(Continuity::Jump),
+        (Some(false), Some(true)) => Some(Continuity::Corner),
+        (Some(false), Some(false)) => Some(Continuity::Smooth),
         (None, _) | (_, None) => None,
     }
 }

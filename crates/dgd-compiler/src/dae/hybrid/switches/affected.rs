@@ -5,11 +5,11 @@
 //! rows.
 
 use crate::dae::Dae;
-use crate::dae::hybrid::smoothness::Signs;
-use crate::expr::{ExprId, Graph, Node, Symbol};
+use crate::dae::hybrid::smoothness::SwitchSigns;
+use crate::expr::{ExprGraph, ExprId, Node, Symbol};
 
 /// For each expression of the rows, the expressions that read it.
-pub(super) struct Readers {
+pub(super) struct ExpressionReaders {
     /// Ids ascending, and for each the positions of its readers.
     ids: Vec<ExprId>,
     read_by: Vec<Vec<u32>>,
@@ -22,8 +22,8 @@ pub(super) struct Readers {
     search: u32,
 }
 
-impl Readers {
-    pub(super) fn of(dae: &Dae) -> Self {
+impl ExpressionReaders {
+    pub(super) fn from_dae(dae: &Dae) -> Self {
         let graph = &dae.graph;
         let roots: Vec<ExprId> = dae.rows().collect();
         let ids = graph.reachable(roots.iter().copied());
@@ -63,7 +63,7 @@ impl Readers {
     }
 
     /// The expressions to examine for a surface with these switches, and the rows that it changes.
-    pub(super) fn affected(&mut self, signs: &Signs) -> (Vec<ExprId>, Vec<usize>) {
+    pub(super) fn affected(&mut self, signs: &SwitchSigns) -> (Vec<ExprId>, Vec<usize>) {
         self.search += 1;
         let switches = signs.keys().filter_map(|id| self.ids.binary_search(id).ok());
         let mut pending: Vec<usize> = switches.collect();
@@ -101,7 +101,7 @@ impl Readers {
 
 /// Whether `reader` changes like `operand` if its other operands are continuous.
 fn passes_on(
-    graph: &Graph,
+    graph: &ExprGraph,
     reader: ExprId,
     operand: ExprId,
     modes_only: impl Fn(ExprId) -> bool,
@@ -123,20 +123,20 @@ fn passes_on(
 mod tests {
     use std::fmt::Write as _;
 
-    use super::Readers;
+    use super::ExpressionReaders;
     use crate::dae::{Dae, assemble};
     use crate::diagnostics::Diagnostics;
     use crate::expr::{ExprId, Node};
     use crate::model::{ModelOptions, resolve};
-    use crate::source::{Source, Sources};
+    use crate::source::{SourceMap, SourceText};
     use crate::syntax::parse;
 
     fn dae(row: &str) -> Dae {
         let text = format!(
             "model m\nstate x = 1\nstate y = 1\nequation x: der(x) = ({row})/2 [s]\nequation y: der(y) = x/1 [s]\n"
         );
-        let main = Source { name: "m.dgd".to_owned(), text };
-        let (mut sources, mut diagnostics) = (Sources::default(), Diagnostics::default());
+        let main = SourceText { name: "m.dgd".to_owned(), text };
+        let (mut sources, mut diagnostics) = (SourceMap::default(), Diagnostics::default());
         let main = sources.add(main);
         let ast = parse(main, &sources, &mut diagnostics).expect("a readable model");
         let model = resolve(&[ast], &ModelOptions::default(), &mut diagnostics);
@@ -145,7 +145,7 @@ mod tests {
 
     /// The calls of `abs`, and the expressions to examine for each.
     fn looked_at(dae: &Dae) -> Vec<(ExprId, Vec<ExprId>)> {
-        let mut readers = Readers::of(dae);
+        let mut readers = ExpressionReaders::from_dae(dae);
         let nodes = dae.graph.listed(dae.rows()).into_iter();
         let calls = nodes.filter(
             |(_, node)| matches!(node, Node::Call1(function, _) if function.get().name == "abs"),

@@ -6,21 +6,21 @@
 //! together. But if a piece may be undefined beyond its end, as √x is below zero, the row stays as it is, and steps
 //! just end at the corner.
 
-use super::Surface;
+use super::SwitchingSurface;
 use crate::dae::Dae;
-use crate::dae::hybrid::smoothness::Passage;
+use crate::dae::hybrid::smoothness::Continuity;
 use crate::dae::rates::family_of;
 use crate::expr::hash::HashMap;
-use crate::expr::{ExprId, Graph, Node, Symbol};
+use crate::expr::{ExprGraph, ExprId, Node, Symbol};
 
 /// The unknowns and rows that are algebraic in at least one mode.
-pub(super) struct Algebraic {
+pub(super) struct AlgebraicUnknowns {
     unknowns: Vec<bool>,
     families: Vec<bool>,
 }
 
-impl Algebraic {
-    pub(super) fn of(dae: &Dae) -> Self {
+impl AlgebraicUnknowns {
+    pub(super) fn from_dae(dae: &Dae) -> Self {
         let is_algebraic = |mass: ExprId| dae.graph.value(mass) != Some(1.0);
         Self {
             unknowns: dae.unknowns.iter().map(|unknown| is_algebraic(unknown.mass)).collect(),
@@ -52,8 +52,8 @@ impl Algebraic {
     }
 
     /// Whether the corner of a surface is that of an algebraic equation whose pieces are defined everywhere.
-    pub(super) fn holds(&self, dae: &Dae, rows: &[ExprId], surface: &Surface) -> bool {
-        surface.passage == Passage::Corner
+    pub(super) fn holds(&self, dae: &Dae, rows: &[ExprId], surface: &SwitchingSurface) -> bool {
+        surface.passage == Continuity::Corner
             && surface.rows.iter().any(|row| self.is_row(*row))
             && self.is_read_by(dae, surface.e)
             && surface.rows.iter().all(|row| is_total(&dae.graph, rows[*row]))
@@ -61,7 +61,7 @@ impl Algebraic {
 }
 
 /// Whether an expression is defined for all values of its varying symbols.
-pub(super) fn is_total(graph: &Graph, root: ExprId) -> bool {
+pub(super) fn is_total(graph: &ExprGraph, root: ExprId) -> bool {
     let mut moves: HashMap<ExprId, bool> = HashMap::default();
     for (id, node) in graph.listed([root]) {
         let here = match node {

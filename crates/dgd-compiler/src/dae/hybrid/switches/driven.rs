@@ -8,7 +8,7 @@ use crate::expr::{ExprId, Symbol};
 use crate::model::{Interpolation, Model};
 
 /// The driven unknowns.
-pub(super) struct Driven {
+pub(super) struct DrivenUnknowns {
     unknowns: BTreeSet<u32>,
     /// Those that are constant between events.
     still: BTreeSet<u32>,
@@ -16,11 +16,12 @@ pub(super) struct Driven {
     is_linear: Vec<bool>,
 }
 
-impl Driven {
-    pub(super) fn of(dae: &Dae, model: &Model) -> Self {
+impl DrivenUnknowns {
+    pub(super) fn from_dae(dae: &Dae, model: &Model) -> Self {
         let inputs = model.inputs.iter().map(|input| input.interpolation);
-        let late = dae.delayed_inputs.iter().map(|late| model.inputs[late.input].interpolation);
-        let is_linear = inputs.chain(late).map(|of| of == Interpolation::Linear).collect();
+        let delayed =
+            dae.delayed_inputs.iter().map(|delayed| model.inputs[delayed.input].interpolation);
+        let is_linear = inputs.chain(delayed).map(|of| of == Interpolation::Linear).collect();
         let none = BTreeSet::new();
         let mut driven = Self { unknowns: none.clone(), still: none, is_linear };
         let mut open: Vec<(u32, Vec<Symbol>)> = (0..)

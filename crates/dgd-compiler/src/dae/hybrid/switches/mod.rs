@@ -42,16 +42,16 @@ mod unrolled;
 use std::cell::RefCell;
 use std::collections::BTreeMap;
 
-use self::affected::Readers;
+use self::affected::ExpressionReaders;
 use self::surfaces::SurfaceKind;
-use crate::dae::hybrid::smoothness::{Passage, Signs, Sizes, is_greater, passage};
-use crate::dae::rates::{Rows, Varying, family_of};
+use crate::dae::hybrid::smoothness::{Continuity, SwitchSigns, SymbolSizes, is_greater, passage};
+use crate::dae::rates::{RowLayout, VaryingQuantities, family_of};
 use crate::dae::text::symbol_name;
-use crate::dae::{Automaton, AutomatonKind, Dae, Transition, Trigger, Unknown};
+use crate::dae::{AutomatonKind, Dae, DaeAutomaton, DaeTransition, DaeUnknown, Trigger};
 use crate::expr::display::listing;
 use crate::expr::graph::Comparison;
 use crate::expr::hash::{HashMap, HashSet};
-use crate::expr::{ExprId, Graph, Node, Symbol};
+use crate::expr::{ExprGraph, ExprId, Node, Symbol};
 use crate::model::{Crossing, Model};
 use crate::units::Unit;
 
@@ -60,13 +60,13 @@ const ABOVE: usize = 1;
 const SLIDING: usize = 2;
 
 /// A surface, and the switches that change on it.
-struct Surface {
+struct SwitchingSurface {
     e: ExprId,
     /// The switches, each with its sign where e > 0.
-    signs: Signs,
+    signs: SwitchSigns,
     /// Positions of the rows that read one of them.
     rows: Vec<usize>,
-    passage: Passage,
+    passage: Continuity,
     /// Whether steps evaluate one side only, although no value jumps.
     is_piece: bool,
     name: String,
@@ -76,10 +76,10 @@ struct Surface {
     share: Option<(u32, ExprId)>,
 }
 
-impl Surface {
+impl SwitchingSurface {
     /// Whether steps evaluate one side only.
     fn is_held(&self) -> bool {
-        self.is_piece || self.passage == Passage::Jump
+        self.is_piece || self.passage == Continuity::Jump
     }
 }
 
@@ -96,7 +96,7 @@ pub(in crate::dae) fn locate(dae: &mut Dae, model: &Model) {
 /// Turns switches into events.
 fn make_events(dae: &mut Dae, model: &Model) {
     let mut surfaces = passed(dae, model);
-    surfaces.retain(|surface| surface.passage > Passage::Smooth);
+    surfaces.retain(|surface| surface.passage > Continuity::Smooth);
     if surfaces.is_empty() {
         return;
     }
@@ -115,11 +115,11 @@ fn make_events(dae: &mut Dae, model: &Model) {
 
 /// In surfaces at which a value jumps, substitutes explicit solutions for algebraic unknowns if the surface then has a
 /// rate.
-fn open(dae: &mut Dae, model: &Model, surfaces: &mut [Surface]) {
-    for surface in surfaces.iter_mut().filter(|surface| surface.passage == Passage::Jump) {
+fn open(dae: &mut Dae, model: &Model, surfaces: &mut [SwitchingSurface]) {
+    for surface in surfaces.iter_mut().filter(|surface| surface.passage == Continuity::Jump) {
         let Some(e) = opened::opened(dae, surface.e).filter(|e| *e != surface.e) else { continue };
-        let varying = Varying { model, delayed: &dae.delayed_inputs };
-        let rows = Rows { unknowns: &dae.unknowns, families: &dae.families };
+        let varying = VaryingQuantities { model, delayed: &dae.delayed_inputs };
+        let rows = RowLayout { unknowns: &dae.unknowns, families: &dae.families };
         let mut trial = dae.graph.clone();
         if varying.terms(&mut trial, e, rows).is_some() {
             surface.e = e;
@@ -128,11 +128,11 @@ fn open(dae: &mut Dae, model: &Model, surfaces: &mut [Surface]) {
 }
 
 /// All surfaces, with the rows' continuity across them.
-fn passed(dae: &mut Dae, model: &Model) -> Vec<Surface> {
+fn passed(dae: &mut Dae, model: &Model) -> Vec<SwitchingSurface> {
     let roots: Vec<ExprId> = dae.rows().collect();
     let mut surfaces = surfaces::surfaces(dae, model, &roots, SurfaceKind::Common);
-    let mut readers = Readers::of(dae);
-    let typical = Sizes::of(dae, model);
+    let mut readers = ExpressionReaders::from_dae(dae);
+    let typical = SymbolSizes::estimate(dae, model);
     let mut trial = dae.graph.clone();
     for surface in &mut surfaces {
         let (affected, rows) = readers.affected(&surface.signs);
@@ -142,7 +142,7 @@ fn passed(dae: &mut Dae, model: &Model) -> Vec<Surface> {
             surface.passage = surface.passage.max(here);
         }
     }
-    let algebraic = algebraic::Algebraic::of(dae);
+    let algebraic = algebraic::AlgebraicUnknowns::from_dae(dae);
     for surface in &mut surfaces {
         surface.is_piece = algebraic.holds(dae, &roots, surface);
     }
@@ -159,7 +159,7 @@ fn written(dae: &Dae, model: &Model, e: ExprId) -> String {
     let listing = listing(&dae.graph, &[e], &BTreeMap::new(), &|symbol| match symbol {
         Symbol::Element(i) => model.element_name(i),
         Symbol::DelayedUnknown(k) => match dae.delayed_unknowns[k as usize].unknown {
-            Symbol::Element(i) => dae.name_of_late(k as usize, &model.element_name(i)),
+            Symbol::Element(i) => dae.name_of_delayed(k as usize, &model.element_name(i)),
             _ => symbol_name(dae, symbol),
         },
         other => symbol_name(dae, other),
@@ -169,10 +169,10 @@ fn written(dae: &Dae, model: &Model, e: ExprId) -> String {
 }
 
 /// Replaces switches whose values jump by discrete numbers, and by shares while they slide.
-fn replace_switches(dae: &mut Dae, model: &Model, surfaces: &mut [Surface]) {
+fn replace_switches(dae: &mut Dae, model: &Model, surfaces: &mut [SwitchingSurface]) {
     let before = dae.automata.len();
     let after = before + surfaces.len();
-    let sliding = Sliding::of(dae);
+    let sliding = SlidingSurfaces::from_dae(dae);
     let mut sharing: HashSet<ExprId> = HashSet::default();
     let one_sided = surfaces.iter_mut().filter(|surface| surface.is_held());
     let mut n_shares = 0;
@@ -194,7 +194,7 @@ fn replace_switches(dae: &mut Dae, model: &Model, surfaces: &mut [Surface]) {
             dae.unknowns.push(share);
         }
     }
-    let replaced = Replacing::new(surfaces, before, after - before).all(dae);
+    let replaced = SwitchReplacement::new(surfaces, before, after - before).all(dae);
     dae.each_expression(&mut |_, id| *id = replaced[id]);
     let names = std::mem::take(&mut dae.names);
     dae.names = names
@@ -223,7 +223,7 @@ fn replace_switches(dae: &mut Dae, model: &Model, surfaces: &mut [Surface]) {
 ///
 /// If another switch keeps α from acting, as when a brake is released, ė cannot be made zero. α is then outside its
 /// range, on the side to which the solution leaves.
-fn held(graph: &mut Graph, rate: ExprId, share: u32, z: ExprId) -> ExprId {
+fn held(graph: &mut ExprGraph, rate: ExprId, share: u32, z: ExprId) -> ExprId {
     let slopes = graph.gradient(rate, |symbol| (symbol == Symbol::Unknown(share)).then_some(0));
     let Some((_, slope)) = slopes.first().copied() else { return rate };
     let sliding = graph.constant(SLIDING as f64);
@@ -249,22 +249,22 @@ fn held(graph: &mut Graph, rate: ExprId, share: u32, z: ExprId) -> ExprId {
 
 /// ė of a surface that can slide.
 fn rate_of(dae: &mut Dae, model: &Model, e: ExprId) -> ExprId {
-    let varying = Varying { model, delayed: &dae.delayed_inputs };
-    let rows = Rows { unknowns: &dae.unknowns, families: &dae.families };
+    let varying = VaryingQuantities { model, delayed: &dae.delayed_inputs };
+    let rows = RowLayout { unknowns: &dae.unknowns, families: &dae.families };
     let rate = varying.rate(&mut dae.graph, e, rows);
     rate.unwrap_or_else(|| unreachable!("what slides reads no algebraic unknown"))
 }
 
 /// The surfaces along which a solution can slide.
-struct Sliding {
+struct SlidingSurfaces {
     /// For each row, whether it reads an algebraic unknown.
     reads_algebraic: Vec<bool>,
     /// A scratch graph.
-    trial: RefCell<Graph>,
+    trial: RefCell<ExprGraph>,
 }
 
-impl Sliding {
-    fn of(dae: &Dae) -> Sliding {
+impl SlidingSurfaces {
+    fn from_dae(dae: &Dae) -> SlidingSurfaces {
         let is_algebraic = |symbol: &Symbol| match symbol {
             Symbol::Unknown(i) => dae.graph.value(dae.unknowns[*i as usize].mass) != Some(1.0),
             Symbol::Element(i) | Symbol::Swept(i) => {
@@ -274,13 +274,13 @@ impl Sliding {
         };
         let reads = |root: ExprId| dae.graph.symbols(root).iter().any(is_algebraic);
         let reads_algebraic = dae.rows().map(reads).collect();
-        Sliding { reads_algebraic, trial: RefCell::new(dae.graph.clone()) }
+        SlidingSurfaces { reads_algebraic, trial: RefCell::new(dae.graph.clone()) }
     }
 
     /// Whether ė is known, and the switch may change it.
-    fn is_possible(&self, dae: &Dae, model: &Model, surface: &Surface) -> bool {
-        let varying = Varying { model, delayed: &dae.delayed_inputs };
-        let rows = Rows { unknowns: &dae.unknowns, families: &dae.families };
+    fn is_possible(&self, dae: &Dae, model: &Model, surface: &SwitchingSurface) -> bool {
+        let varying = VaryingQuantities { model, delayed: &dae.delayed_inputs };
+        let rows = RowLayout { unknowns: &dae.unknowns, families: &dae.families };
         let trial = &mut *self.trial.borrow_mut();
         let Some(terms) = varying.terms(trial, surface.e, rows) else { return false };
         let n_single = self.reads_algebraic.len() - dae.families.len();
@@ -299,9 +299,9 @@ impl Sliding {
 }
 
 /// The unknown α, without its row yet.
-fn share_of(dae: &mut Dae, surface: &Surface, number: usize) -> Unknown {
+fn share_of(dae: &mut Dae, surface: &SwitchingSurface, number: usize) -> DaeUnknown {
     let (zero, half) = (dae.graph.constant(0.0), dae.graph.constant(0.5));
-    Unknown {
+    DaeUnknown {
         name: format!("share({number})"),
         unit: Unit::one(),
         doc: vec![format!(
@@ -320,7 +320,7 @@ fn share_of(dae: &mut Dae, surface: &Surface, number: usize) -> Unknown {
     }
 }
 
-fn in_mode(graph: &mut Graph, z: ExprId, mode: usize) -> ExprId {
+fn in_mode(graph: &mut ExprGraph, z: ExprId, mode: usize) -> ExprId {
     let (low, high) = (graph.constant(mode as f64 - 0.5), graph.constant(mode as f64 + 0.5));
     let above = graph.compare(Comparison::Greater, z, low);
     if mode == SLIDING {
@@ -331,8 +331,8 @@ fn in_mode(graph: &mut Graph, z: ExprId, mode: usize) -> ExprId {
 }
 
 /// Rebuilds all expressions with switches replaced.
-struct Replacing<'a> {
-    surfaces: &'a [Surface],
+struct SwitchReplacement<'a> {
+    surfaces: &'a [SwitchingSurface],
     /// For each switch, its surface.
     of_switches: HashMap<ExprId, usize>,
     /// Discrete numbers from here on are conditions on time, which move by the number of new ones.
@@ -342,18 +342,18 @@ struct Replacing<'a> {
 
 /// A condition as a number between 0 and 1 while switches in it slide.
 #[derive(Clone, Copy)]
-struct Weight {
+struct SlidingWeight {
     value: ExprId,
     /// Whether one of its switches slides.
     slides: ExprId,
 }
 
-impl<'a> Replacing<'a> {
-    fn new(surfaces: &'a [Surface], before: usize, moved: usize) -> Self {
+impl<'a> SwitchReplacement<'a> {
+    fn new(surfaces: &'a [SwitchingSurface], before: usize, moved: usize) -> Self {
         let switches = surfaces.iter().enumerate();
         let switches =
             switches.flat_map(|(k, surface)| surface.signs.keys().map(move |id| (*id, k)));
-        Replacing { surfaces, of_switches: switches.collect(), before, moved }
+        SwitchReplacement { surfaces, of_switches: switches.collect(), before, moved }
     }
 
     fn all(&self, dae: &mut Dae) -> HashMap<ExprId, ExprId> {
@@ -363,7 +363,7 @@ impl<'a> Replacing<'a> {
         roots.extend(self.surfaces.iter().map(|surface| surface.e));
         let graph = &mut dae.graph;
         let mut built: HashMap<ExprId, ExprId> = HashMap::default();
-        let mut weights: HashMap<ExprId, Weight> = HashMap::default();
+        let mut weights: HashMap<ExprId, SlidingWeight> = HashMap::default();
         for (id, node) in graph.listed(roots) {
             let here = match node {
                 Node::Symbol(Symbol::Discrete(i)) if i as usize >= self.before => {
@@ -390,11 +390,11 @@ impl<'a> Replacing<'a> {
     /// The replacement of a switch of which steps evaluate one side only; `rebuilt` for any other.
     fn switched(
         &self,
-        graph: &mut Graph,
+        graph: &mut ExprGraph,
         id: ExprId,
         node: Node,
         rebuilt: ExprId,
-        weights: &mut HashMap<ExprId, Weight>,
+        weights: &mut HashMap<ExprId, SlidingWeight>,
     ) -> ExprId {
         let Some(surface) = self.of_switches.get(&id).map(|k| &self.surfaces[*k]) else {
             return rebuilt;
@@ -409,7 +409,7 @@ impl<'a> Replacing<'a> {
                 let with_above = is_greater(comparison) == (sign > 0.0);
                 if let Some((_, alpha)) = surface.share {
                     let value = if with_above { alpha } else { graph.subtract(one, alpha) };
-                    weights.insert(id, Weight { value, slides });
+                    weights.insert(id, SlidingWeight { value, slides });
                 }
                 let below = in_mode(graph, z, BELOW);
                 if with_above { above } else { below }
@@ -432,7 +432,7 @@ impl<'a> Replacing<'a> {
 }
 
 /// |x| on the side of a surface on which x has this sign.
-fn absolute(graph: &mut Graph, rebuilt: ExprId, above: ExprId, sign: f64) -> ExprId {
+fn absolute(graph: &mut ExprGraph, rebuilt: ExprId, above: ExprId, sign: f64) -> ExprId {
     let Node::Call1(_, x) = graph.node(rebuilt) else { return rebuilt };
     let minus = graph.negate(x);
     let [high, low] = if sign > 0.0 { [x, minus] } else { [minus, x] };
@@ -440,7 +440,13 @@ fn absolute(graph: &mut Graph, rebuilt: ExprId, above: ExprId, sign: f64) -> Exp
 }
 
 /// B + α (A − B) while a switch of the condition slides.
-fn blend(graph: &mut Graph, weight: Weight, a: ExprId, b: ExprId, frozen: ExprId) -> ExprId {
+fn blend(
+    graph: &mut ExprGraph,
+    weight: SlidingWeight,
+    a: ExprId,
+    b: ExprId,
+    frozen: ExprId,
+) -> ExprId {
     let difference = graph.subtract(a, b);
     let part = graph.multiply(weight.value, difference);
     let between = graph.add(b, part);
@@ -449,16 +455,16 @@ fn blend(graph: &mut Graph, weight: Weight, a: ExprId, b: ExprId, frozen: ExprId
 
 /// The weight of a condition made of others: products for `and`, 1 − (1 − a)(1 − b) for `or`.
 fn joined(
-    graph: &mut Graph,
+    graph: &mut ExprGraph,
     node: Node,
     built: &HashMap<ExprId, ExprId>,
-    weights: &HashMap<ExprId, Weight>,
-) -> Option<Weight> {
+    weights: &HashMap<ExprId, SlidingWeight>,
+) -> Option<SlidingWeight> {
     let (zero, one) = (graph.constant(0.0), graph.constant(1.0));
     match node {
         Node::Not(a) => {
-            let Weight { value, slides } = *weights.get(&a)?;
-            Some(Weight { value: graph.subtract(one, value), slides })
+            let SlidingWeight { value, slides } = *weights.get(&a)?;
+            Some(SlidingWeight { value: graph.subtract(one, value), slides })
         }
         Node::And(a, b) | Node::Or(a, b) => {
             let [first, second] = [a, b].map(|side| weights.get(&side).copied());
@@ -467,7 +473,7 @@ fn joined(
                 (Some(one), None) | (None, Some(one)) => one.slides,
                 (Some(a), Some(b)) => graph.simplified(Node::Or(a.slides, b.slides)),
             };
-            let mut value_of = |side: ExprId, weight: Option<Weight>| match weight {
+            let mut value_of = |side: ExprId, weight: Option<SlidingWeight>| match weight {
                 Some(weight) => weight.value,
                 None => graph.select(built[&side], one, zero),
             };
@@ -479,15 +485,15 @@ fn joined(
                 let neither = graph.multiply(a, b);
                 graph.subtract(one, neither)
             };
-            Some(Weight { value, slides })
+            Some(SlidingWeight { value, slides })
         }
         _ => None,
     }
 }
 
 /// The automaton of a surface, with event functions for the current rows.
-fn automaton(dae: &mut Dae, model: &Model, surface: &Surface) -> Automaton {
-    let transition = |from, to, crossing, event, trigger| Transition {
+fn automaton(dae: &mut Dae, model: &Model, surface: &SwitchingSurface) -> DaeAutomaton {
+    let transition = |from, to, crossing, event, trigger| DaeTransition {
         from,
         to,
         event,
@@ -497,7 +503,7 @@ fn automaton(dae: &mut Dae, model: &Model, surface: &Surface) -> Automaton {
     };
     let (e, name) = (surface.e, surface.name.clone());
     if surface.z.is_none() {
-        return Automaton {
+        return DaeAutomaton {
             kind: AutomatonKind::Corner,
             name,
             modes: vec![String::new()],
@@ -526,5 +532,5 @@ fn automaton(dae: &mut Dae, model: &Model, surface: &Surface) -> Automaton {
         ]);
     }
     let kind = if surface.is_piece { AutomatonKind::Piece } else { AutomatonKind::Switch };
-    Automaton { kind, name, modes, start: BELOW, transitions }
+    DaeAutomaton { kind, name, modes, start: BELOW, transitions }
 }

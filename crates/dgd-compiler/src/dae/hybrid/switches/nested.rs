@@ -4,10 +4,10 @@
 //! outer switch. So the inner condition is brought to the front of such rows: row = if e > 0 then row on e > 0 else row
 //! on e < 0.
 
-use super::Readers;
+use super::ExpressionReaders;
 use super::surfaces::{SurfaceKind, surfaces};
 use crate::dae::Dae;
-use crate::dae::hybrid::smoothness::{Passage, Signs, Sizes, on_side, passage};
+use crate::dae::hybrid::smoothness::{Continuity, SwitchSigns, SymbolSizes, on_side, passage};
 use crate::expr::graph::Comparison;
 use crate::expr::hash::HashMap;
 use crate::expr::{ExprId, Node};
@@ -36,7 +36,7 @@ pub(super) fn take_apart(dae: &mut Dae, model: &Model) {
 }
 
 /// The first surface across which that of another switch jumps, and the rows that read both.
-fn inner(dae: &mut Dae, model: &Model) -> Option<(ExprId, Signs, Vec<usize>)> {
+fn inner(dae: &mut Dae, model: &Model) -> Option<(ExprId, SwitchSigns, Vec<usize>)> {
     let roots: Vec<ExprId> = dae.rows().collect();
     let candidates = surfaces(dae, model, &roots, SurfaceKind::Common);
     let of_switches: HashMap<ExprId, usize> = candidates
@@ -49,8 +49,8 @@ fn inner(dae: &mut Dae, model: &Model) -> Option<(ExprId, Signs, Vec<usize>)> {
         Node::Call1(function, _) => function.get().name == "sign",
         _ => false,
     };
-    let mut readers: Option<Readers> = None;
-    let (mut trial, sizes) = (dae.graph.clone(), Sizes::of(dae, model));
+    let mut readers: Option<ExpressionReaders> = None;
+    let (mut trial, sizes) = (dae.graph.clone(), SymbolSizes::estimate(dae, model));
     for outer in candidates.iter().filter(|outer| outer.signs.keys().any(chooses)) {
         let mut within: Vec<usize> = dae
             .graph
@@ -62,10 +62,10 @@ fn inner(dae: &mut Dae, model: &Model) -> Option<(ExprId, Signs, Vec<usize>)> {
         within.dedup();
         for k in within {
             let (e, signs) = (candidates[k].e, &candidates[k].signs);
-            if passage(&mut trial, &sizes, outer.e, e, signs) < Passage::Jump {
+            if passage(&mut trial, &sizes, outer.e, e, signs) < Continuity::Jump {
                 continue;
             }
-            let readers = readers.get_or_insert_with(|| Readers::of(dae));
+            let readers = readers.get_or_insert_with(|| ExpressionReaders::from_dae(dae));
             let (_, outer_rows) = readers.affected(&outer.signs);
             let (_, mut rows) = readers.affected(signs);
             rows.retain(|row| outer_rows.contains(row));

@@ -12,15 +12,15 @@
 use super::surfaces::moves;
 use super::tables::BEYOND;
 use crate::dae::Dae;
-use crate::dae::hybrid::lines::{Lines, ticks};
+use crate::dae::hybrid::lines::{TimeAffineMap, ticks};
 use crate::expr::curve::interpolate::position;
 use crate::expr::curve::{CurveId, TableCurve};
 use crate::expr::hash::{HashMap, HashSet};
-use crate::expr::{ExprId, Graph, Node, Symbol};
+use crate::expr::{ExprGraph, ExprId, Node, Symbol};
 use crate::model::Model;
 
 /// Curves with the same knots at the same argument share a number.
-type Key = (Vec<u64>, ExprId);
+type KnotKey = (Vec<u64>, ExprId);
 
 /// Splits tables of time and tables with steps into pieces.
 pub(super) fn take_apart(dae: &mut Dae, model: &Model) {
@@ -42,9 +42,9 @@ pub(super) fn take_apart(dae: &mut Dae, model: &Model) {
     dae.each_expression(&mut |_, id| roots.push(*id));
     roots.extend(dae.names.keys().copied());
     let nodes = dae.graph.listed(roots);
-    let mut lines = Lines::new(nodes.len(), dae.automata.len());
+    let mut lines = TimeAffineMap::new(nodes.len(), dae.automata.len());
     let mut built: HashMap<ExprId, ExprId> = HashMap::default();
-    let mut numbers: HashMap<Key, ExprId> = HashMap::default();
+    let mut numbers: HashMap<KnotKey, ExprId> = HashMap::default();
     for (id, node) in nodes {
         lines.read(&mut dae.graph, id, node);
         let is_changed = node.operands().any(|operand| built[&operand] != operand);
@@ -56,7 +56,7 @@ pub(super) fn take_apart(dae: &mut Dae, model: &Model) {
         {
             let marks = knots(curve.get());
             let key = (marks.iter().map(|mark| mark.to_bits()).collect(), x);
-            let line = lines.of(x).filter(|line| line.beta.is_some());
+            let line = lines.affine(x).filter(|line| line.beta.is_some());
             let number = match (numbers.get(&key), line) {
                 (Some(number), _) => Some(*number),
                 (None, Some(line)) => {
@@ -103,7 +103,7 @@ fn knots(curve: &TableCurve) -> Vec<f64> {
 }
 
 /// The number of the piece at x, as a step function.
-fn counted(graph: &mut Graph, curve: &TableCurve, marks: &[f64], x: ExprId) -> ExprId {
+fn counted(graph: &mut ExprGraph, curve: &TableCurve, marks: &[f64], x: ExprId) -> ExprId {
     let TableCurve { ends, name, .. } = curve;
     let table = name.split('[').next().unwrap_or_default();
     let line = TableCurve {
@@ -114,16 +114,16 @@ fn counted(graph: &mut Graph, curve: &TableCurve, marks: &[f64], x: ExprId) -> E
         ends: *ends,
         limit: None,
     };
-    let position = graph.simplified(Node::Curve(CurveId::of(line), x));
+    let position = graph.simplified(Node::Curve(CurveId::store(line), x));
     let passed = graph.call1("floor", position);
     let one = graph.constant(1.0);
     graph.add(passed, one)
 }
 
 /// The piece of a curve with this number.
-fn piece(graph: &mut Graph, curve: &TableCurve, number: ExprId, x: ExprId) -> ExprId {
+fn piece(graph: &mut ExprGraph, curve: &TableCurve, number: ExprId, x: ExprId) -> ExprId {
     let TableCurve { curve: of, name, limit, .. } = curve;
-    let look_up = |graph: &mut Graph, what: &str, numbers: &[f64], limit: Option<String>| {
+    let look_up = |graph: &mut ExprGraph, what: &str, numbers: &[f64], limit: Option<String>| {
         if limit.is_none() && numbers.iter().all(|number| *number == numbers[0]) {
             return graph.constant(numbers[0]);
         }

@@ -9,12 +9,12 @@
 //! Loops whose rows step at different places have been unrolled ([`super::unrolled`]). An angle atan2(y, x) jumps by 2
 //! π where y passes zero with x below zero: it is rewritten with the sign of y, which is a switch like any other.
 
-use super::surfaces::{Moves, moves};
-use crate::dae::{Automaton, AutomatonKind, Crossing, Dae, Transition, Trigger};
+use super::surfaces::{Variation, moves};
+use crate::dae::{AutomatonKind, Crossing, Dae, DaeAutomaton, DaeTransition, Trigger};
 use crate::expr::graph::Comparison;
 use crate::expr::hash::HashMap;
 use crate::expr::intrinsics::IntrinsicId;
-use crate::expr::{ExprId, Graph, Node, Symbol};
+use crate::expr::{ExprGraph, ExprId, Node, Symbol};
 use crate::model::Model;
 
 /// Turns the steps in the rows into events, and the angles that jump into switches.
@@ -28,7 +28,7 @@ pub(super) fn locate(dae: &mut Dae, model: &Model) {
     let mut steps = Vec::new();
     let mut angles = Vec::new();
     for (id, node) in rows {
-        let Moves { varies, sweeps } = moving[&id];
+        let Variation { varies, sweeps } = moving[&id];
         match node {
             Node::Call1(function, x) if function.get().name == "floor" && varies && !sweeps => {
                 steps.push((id, x));
@@ -49,7 +49,7 @@ pub(super) fn locate(dae: &mut Dae, model: &Model) {
         let position = u32::try_from(before + k).unwrap_or(u32::MAX);
         replacement.insert(*id, dae.graph.symbol(Symbol::Discrete(position)));
     }
-    let replacing = Replacing { replacement, angles: angles.iter().map(|a| a.0).collect() };
+    let replacing = StepReplacement { replacement, angles: angles.iter().map(|a| a.0).collect() };
     let built = replacing.all(dae, before, steps.len(), steps.iter().map(|(_, x)| *x));
     for (id, x) in steps {
         let (z, x) = (replacing.replacement[&id], built[&x]);
@@ -63,7 +63,7 @@ pub(super) fn differ_by_row(dae: &Dae, model: &Model, row: ExprId) -> bool {
     let nodes = dae.graph.listed([row]);
     let moving = moves(dae, model, &nodes);
     nodes.iter().any(|(id, node)| {
-        let Moves { varies, sweeps } = moving[id];
+        let Variation { varies, sweeps } = moving[id];
         matches!(node, Node::Call1(function, _) if function.get().name == "floor")
             && varies
             && sweeps
@@ -91,13 +91,13 @@ pub(super) fn with_switched_angles(dae: &mut Dae, model: &Model, row: ExprId) ->
 }
 
 /// Rebuilds all expressions.
-pub(super) struct Replacing {
+pub(super) struct StepReplacement {
     /// For each step, its discrete number.
     pub(super) replacement: HashMap<ExprId, ExprId>,
     pub(super) angles: Vec<ExprId>,
 }
 
-impl Replacing {
+impl StepReplacement {
     /// Rebuilds all expressions, and `more`. Discrete numbers from `first` on move by `by`.
     pub(super) fn all(
         &self,
@@ -134,7 +134,7 @@ impl Replacing {
 }
 
 /// atan2(y, x), left of the origin as atan(y/x) ± π: each side continues smoothly through the other.
-fn angle(graph: &mut Graph, y: ExprId, x: ExprId) -> ExprId {
+fn angle(graph: &mut ExprGraph, y: ExprId, x: ExprId) -> ExprId {
     let pi = std::f64::consts::PI;
     let (zero, half_turn, back) = (graph.constant(0.0), graph.constant(pi), graph.constant(-pi));
     let size = graph.call1("abs", y);
@@ -150,7 +150,7 @@ fn angle(graph: &mut Graph, y: ExprId, x: ExprId) -> ExprId {
 }
 
 /// The automaton of the steps of x, counted by z.
-fn automaton(dae: &mut Dae, model: &Model, x: ExprId, z: ExprId) -> Automaton {
+fn automaton(dae: &mut Dae, model: &Model, x: ExprId, z: ExprId) -> DaeAutomaton {
     let name = format!("floor of {}", super::written(dae, model, x));
     let one = dae.graph.constant(1.0);
     let above = dae.graph.subtract(x, z);
@@ -164,8 +164,8 @@ pub(super) fn of_two(
     name: String,
     rising: ExprId,
     falling: ExprId,
-) -> Automaton {
-    let transition = |crossing, event| Transition {
+) -> DaeAutomaton {
+    let transition = |crossing, event| DaeTransition {
         from: 0,
         to: 0,
         event,
@@ -175,5 +175,5 @@ pub(super) fn of_two(
     };
     let transitions =
         vec![transition(Crossing::Rises, rising), transition(Crossing::Falls, falling)];
-    Automaton { kind, name, modes: vec![String::new()], start: 0, transitions }
+    DaeAutomaton { kind, name, modes: vec![String::new()], start: 0, transitions }
 }

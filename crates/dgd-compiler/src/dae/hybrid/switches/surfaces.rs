@@ -2,11 +2,11 @@
 
 use std::collections::BTreeMap;
 
-use super::Surface;
+use super::SwitchingSurface;
 use crate::dae::Dae;
-use crate::dae::hybrid::smoothness::{Passage, Sizes, values_at_random};
+use crate::dae::hybrid::smoothness::{Continuity, SymbolSizes, values_at_random};
 use crate::expr::hash::HashMap;
-use crate::expr::{ExprId, Graph, Node, Symbol};
+use crate::expr::{ExprGraph, ExprId, Node, Symbol};
 use crate::model::{Interpolation, Model};
 
 /// Number of points at which two expressions are compared, and how constant their ratio must be for them to be
@@ -16,7 +16,7 @@ const SAME: f64 = 1e-9;
 
 /// How an expression varies.
 #[derive(Debug, Clone, Copy, Default)]
-pub(super) struct Moves {
+pub(super) struct Variation {
     /// Between samples.
     pub(super) varies: bool,
     /// From row to row of a loop.
@@ -38,10 +38,10 @@ pub(super) fn surfaces(
     model: &Model,
     roots: &[ExprId],
     which: SurfaceKind,
-) -> Vec<Surface> {
+) -> Vec<SwitchingSurface> {
     let nodes = dae.graph.listed(roots.iter().copied());
     let moves = moves(dae, model, &nodes);
-    let mut surfaces: Vec<Surface> = Vec::new();
+    let mut surfaces: Vec<SwitchingSurface> = Vec::new();
     let mut known: HashMap<ExprId, usize> = HashMap::default();
     for (id, node) in nodes {
         let here = moves[&id];
@@ -66,9 +66,9 @@ pub(super) fn surfaces(
         } else {
             known.insert(e, surfaces.len());
             let signs = [(id, sign)].into_iter().collect();
-            let (passage, name) = (Passage::Smooth, String::new());
+            let (passage, name) = (Continuity::Smooth, String::new());
             let rows = Vec::new();
-            surfaces.push(Surface {
+            surfaces.push(SwitchingSurface {
                 e,
                 signs,
                 rows,
@@ -84,27 +84,36 @@ pub(super) fn surfaces(
 }
 
 /// How expressions vary, operands first.
-pub(super) fn moves(dae: &Dae, model: &Model, nodes: &[(ExprId, Node)]) -> HashMap<ExprId, Moves> {
+pub(super) fn moves(
+    dae: &Dae,
+    model: &Model,
+    nodes: &[(ExprId, Node)],
+) -> HashMap<ExprId, Variation> {
     let is_linear: Vec<bool> = {
         let declared = model.inputs.iter().map(|input| input.interpolation);
-        let late = dae.delayed_inputs.iter().map(|l| model.inputs[l.input].interpolation);
-        declared.chain(late).map(|interpolation| interpolation == Interpolation::Linear).collect()
+        let delayed = dae.delayed_inputs.iter().map(|l| model.inputs[l.input].interpolation);
+        declared
+            .chain(delayed)
+            .map(|interpolation| interpolation == Interpolation::Linear)
+            .collect()
     };
-    let mut moves: HashMap<ExprId, Moves> =
+    let mut moves: HashMap<ExprId, Variation> =
         HashMap::with_capacity_and_hasher(nodes.len(), <_>::default());
     for &(id, node) in nodes {
         let here = match node {
             Node::Symbol(symbol) => moves_of(symbol, &is_linear),
-            _ => node.operands().map(|operand| moves[&operand]).fold(Moves::default(), |a, b| {
-                Moves { varies: a.varies || b.varies, sweeps: a.sweeps || b.sweeps }
-            }),
+            _ => {
+                node.operands().map(|operand| moves[&operand]).fold(Variation::default(), |a, b| {
+                    Variation { varies: a.varies || b.varies, sweeps: a.sweeps || b.sweeps }
+                })
+            }
         };
         moves.insert(id, here);
     }
     moves
 }
 
-fn moves_of(symbol: Symbol, is_linear: &[bool]) -> Moves {
+fn moves_of(symbol: Symbol, is_linear: &[bool]) -> Variation {
     let varies = match symbol {
         Symbol::Time
         | Symbol::Unknown(_)
@@ -121,11 +130,11 @@ fn moves_of(symbol: Symbol, is_linear: &[bool]) -> Moves {
         symbol,
         Symbol::Swept(_) | Symbol::SweptParameter(..) | Symbol::SweptInput(..) | Symbol::Counter
     );
-    Moves { varies, sweeps }
+    Variation { varies, sweeps }
 }
 
 /// Whether an expression that is a multiple of another at some points is so everywhere.
-pub(super) fn is_smooth(graph: &Graph, e: ExprId) -> bool {
+pub(super) fn is_smooth(graph: &ExprGraph, e: ExprId) -> bool {
     graph.listed([e]).into_iter().all(|(_, node)| match node {
         Node::Select(..) | Node::Compare(..) | Node::Curve(..) => false,
         Node::Call1(function, _) => !matches!(function.get().name, "abs" | "sign"),
@@ -134,10 +143,10 @@ pub(super) fn is_smooth(graph: &Graph, e: ExprId) -> bool {
 }
 
 /// Merges equivalent surfaces: `x > 1` and `2*x + 1 > 3` change at the same time, whatever the parameters.
-fn joined(dae: &Dae, model: &Model, surfaces: Vec<Surface>) -> Vec<Surface> {
-    let typical = Sizes::of(dae, model);
+fn joined(dae: &Dae, model: &Model, surfaces: Vec<SwitchingSurface>) -> Vec<SwitchingSurface> {
+    let typical = SymbolSizes::estimate(dae, model);
     let mut of_symbols: BTreeMap<Vec<Symbol>, Vec<(usize, [f64; PLACES])>> = BTreeMap::new();
-    let mut joined: Vec<Surface> = Vec::new();
+    let mut joined: Vec<SwitchingSurface> = Vec::new();
     for surface in surfaces {
         if !is_smooth(&dae.graph, surface.e) {
             joined.push(surface);

@@ -13,8 +13,8 @@
 
 use std::collections::BTreeSet;
 
-use super::driven::Driven;
-use super::steps::{Replacing, of_two};
+use super::driven::DrivenUnknowns;
+use super::steps::{StepReplacement, of_two};
 use super::surfaces::moves;
 use crate::dae::{AutomatonKind, Dae};
 use crate::expr::curve::interpolate::position;
@@ -28,10 +28,10 @@ use crate::model::Model;
 pub(super) const BEYOND: f64 = 1e-6;
 
 /// A curve, and the argument at which it is evaluated.
-type Read = (CurveId, ExprId);
+type TableRead = (CurveId, ExprId);
 
 /// The knots of a table at which steps end.
-struct Stops {
+struct KnotStops {
     curve: &'static TableCurve,
     x: ExprId,
     at: Vec<f64>,
@@ -41,7 +41,7 @@ struct Stops {
 pub(super) fn locate(dae: &mut Dae, model: &Model) {
     let rows = dae.graph.listed(dae.rows());
     let outputs = dae.graph.listed(dae.outputs.iter().map(|output| output.value));
-    let curves = |nodes: &[(ExprId, Node)]| -> Vec<Read> {
+    let curves = |nodes: &[(ExprId, Node)]| -> Vec<TableRead> {
         let read = nodes.iter().filter_map(|(_, node)| match node {
             Node::Curve(curve, x) => Some((*curve, *x)),
             _ => None,
@@ -54,19 +54,19 @@ pub(super) fn locate(dae: &mut Dae, model: &Model) {
     }
     let mut moving = moves(dae, model, &rows);
     moving.extend(moves(dae, model, &outputs));
-    let is_single = |(_, x): &Read| !moving[x].sweeps;
-    let driven = Driven::of(dae, model);
-    let stops = |(curve, x): Read| -> Option<Stops> {
+    let is_single = |(_, x): &TableRead| !moving[x].sweeps;
+    let driven = DrivenUnknowns::from_dae(dae, model);
+    let stops = |(curve, x): TableRead| -> Option<KnotStops> {
         let curve = curve.get();
         if !moving[&x].varies || moving[&x].sweeps || !curve.is_table() {
             return None;
         }
         let arguments =
             if driven.drives(dae, x) { curve.curve.knots.to_vec() } else { curve.kinks.clone() };
-        (!arguments.is_empty()).then_some(Stops { curve, x, at: arguments })
+        (!arguments.is_empty()).then_some(KnotStops { curve, x, at: arguments })
     };
     let mut known = BTreeSet::new();
-    let mut knots: Vec<Stops> = of_rows.iter().copied().filter_map(stops).collect();
+    let mut knots: Vec<KnotStops> = of_rows.iter().copied().filter_map(stops).collect();
     knots.retain(|stops| known.insert((bits(&stops.at), stops.x)));
     let limited = of_rows.into_iter().chain(of_outputs).filter(is_single);
     let limits = distinct(limited.filter(|read| read.0.get().limit.is_some()), |curve| {
@@ -77,9 +77,9 @@ pub(super) fn locate(dae: &mut Dae, model: &Model) {
     let arguments: Vec<ExprId> =
         knots.iter().map(|stops| stops.x).chain(limits.iter().map(|(_, x)| *x)).collect();
     let (replacement, angles) = (HashMap::default(), Vec::new());
-    let replacing = Replacing { replacement, angles };
+    let replacing = StepReplacement { replacement, angles };
     let built = replacing.all(dae, before, knots.len() + limits.len(), arguments.into_iter());
-    for Stops { curve, x, at } in knots {
+    for KnotStops { curve, x, at } in knots {
         make_knots(dae, model, curve, &at, built[&x]);
     }
     for (curve, x) in limits {
@@ -92,7 +92,10 @@ fn bits(numbers: &[f64]) -> Vec<u64> {
 }
 
 /// The first of each group that share an automaton.
-fn distinct(all: impl Iterator<Item = Read>, what: impl Fn(&TableCurve) -> Vec<u64>) -> Vec<Read> {
+fn distinct(
+    all: impl Iterator<Item = TableRead>,
+    what: impl Fn(&TableCurve) -> Vec<u64>,
+) -> Vec<TableRead> {
     let mut known = BTreeSet::new();
     all.filter(|(curve, x)| known.insert((what(curve.get()), *x))).collect()
 }
@@ -108,7 +111,7 @@ fn make_knots(dae: &mut Dae, model: &Model, curve: &TableCurve, at: &[f64], x: E
         ends: *ends,
         limit: None,
     };
-    let line = CurveId::of(line);
+    let line = CurveId::store(line);
     let z = u32::try_from(dae.automata.len()).unwrap_or(u32::MAX);
     let name = format!("segment of {table}({})", super::written(dae, model, x));
     let graph = &mut dae.graph;

@@ -4,12 +4,12 @@
 //! through them. They do not pass through a jump without an event: loops that are too long for unrolling are listed, so
 //! that runs leave sensitivities blank.
 
-use super::algebraic::{Algebraic, is_total};
+use super::algebraic::{AlgebraicUnknowns, is_total};
 use super::steps;
 use super::surfaces::{SurfaceKind, surfaces};
-use crate::dae::hybrid::smoothness::{Passage, Sizes, passage};
+use crate::dae::hybrid::smoothness::{Continuity, SymbolSizes, passage};
 use crate::dae::rates::at_passage;
-use crate::dae::{Dae, Family};
+use crate::dae::{Dae, DaeFamily};
 use crate::model::Model;
 
 /// Longer loops stay as they are: the program grows with the rows.
@@ -21,9 +21,9 @@ pub(super) fn unroll(dae: &mut Dae, model: &Model) {
     if dae.families.is_empty() {
         return;
     }
-    let sizes = Sizes::of(dae, model);
-    let algebraic = Algebraic::of(dae);
-    let passages: Vec<Option<Passage>> = (0..dae.families.len())
+    let sizes = SymbolSizes::estimate(dae, model);
+    let algebraic = AlgebraicUnknowns::from_dae(dae);
+    let passages: Vec<Option<Continuity>> = (0..dae.families.len())
         .map(|k| {
             (dae.families[k].count > 1)
                 .then(|| passage_of_rows(dae, model, &sizes, &algebraic, k))
@@ -36,7 +36,7 @@ pub(super) fn unroll(dae: &mut Dae, model: &Model) {
             continue;
         };
         if family.count > MOST_ROWS {
-            if passage == Passage::Jump {
+            if passage == Continuity::Jump {
                 dae.unlocated.push(family.equation.clone());
             }
             dae.families.push(family);
@@ -44,7 +44,7 @@ pub(super) fn unroll(dae: &mut Dae, model: &Model) {
         }
         for row in 0..family.count {
             let rhs = at_passage(&mut dae.graph, family.rhs, row);
-            dae.families.push(Family {
+            dae.families.push(DaeFamily {
                 first: family.first + row as usize,
                 count: 1,
                 rhs,
@@ -60,13 +60,13 @@ pub(super) fn unroll(dae: &mut Dae, model: &Model) {
 fn passage_of_rows(
     dae: &mut Dae,
     model: &Model,
-    sizes: &Sizes,
-    algebraic: &Algebraic,
+    sizes: &SymbolSizes,
+    algebraic: &AlgebraicUnknowns,
     family: usize,
-) -> Option<Passage> {
-    let Family { rhs: row, differential, .. } = dae.families[family];
+) -> Option<Continuity> {
+    let DaeFamily { rhs: row, differential, .. } = dae.families[family];
     if steps::differ_by_row(dae, model, row) {
-        return Some(Passage::Jump);
+        return Some(Continuity::Jump);
     }
     let row = steps::with_switched_angles(dae, model, row);
     let candidates = surfaces(dae, model, &[row], SurfaceKind::OfRows);
@@ -78,9 +78,9 @@ fn passage_of_rows(
     let acting = candidates.iter().filter_map(|surface| {
         let here = passage(&mut trial, sizes, row, surface.e, &surface.signs);
         let acts = match here {
-            Passage::Jump => true,
-            Passage::Corner => may_have_pieces && algebraic.is_read_by(dae, surface.e),
-            Passage::Smooth => false,
+            Continuity::Jump => true,
+            Continuity::Corner => may_have_pieces && algebraic.is_read_by(dae, surface.e),
+            Continuity::Smooth => false,
         };
         acts.then_some(here)
     });

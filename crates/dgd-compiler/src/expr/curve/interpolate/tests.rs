@@ -49,7 +49,7 @@ fn pchip_is_that_of_scipy() {
             -3.822_689_706_987_228_3,
         ],
     ];
-    check(&through(Shape::Pchip, Beyond::Refuse, &X, &Y), expected);
+    check(&through(TableInterpolation::Pchip, TableExtrapolation::Refuse, &X, &Y), expected);
 }
 
 #[test]
@@ -83,30 +83,43 @@ fn the_natural_spline_is_that_of_scipy() {
             -0.371_163_843_241_872,
         ],
     ];
-    check(&through(Shape::Natural, Beyond::Refuse, &X, &Y), expected);
+    check(&through(TableInterpolation::Natural, TableExtrapolation::Refuse, &X, &Y), expected);
 }
 
 #[test]
 fn slopes_at_the_ends_of_pchip_make_no_turn() {
     let near = |a: f64, b: f64| (a - b).abs() < 1e-14;
-    let rising = through(Shape::Pchip, Beyond::Refuse, &[0.0, 1.0, 3.0], &[0.0, 1.0, 5.0]);
+    let rising = through(
+        TableInterpolation::Pchip,
+        TableExtrapolation::Refuse,
+        &[0.0, 1.0, 3.0],
+        &[0.0, 1.0, 5.0],
+    );
     assert!(
         near(rising.value(0.5), 0.422_619_047_619_047_6)
             && near(rising.value(2.0), 2.654_761_904_761_905)
     );
-    let turning = through(Shape::Pchip, Beyond::Refuse, &[0.0, 1.0, 3.0], &[0.0, 1.0, -5.0]);
+    let turning = through(
+        TableInterpolation::Pchip,
+        TableExtrapolation::Refuse,
+        &[0.0, 1.0, 3.0],
+        &[0.0, 1.0, -5.0],
+    );
     assert!(near(turning.value(0.5), 0.791_666_666_666_666_7));
     assert!(near(turning.derivative().value(0.0), 2.333_333_333_333_333_5));
-    let two = through(Shape::Pchip, Beyond::Refuse, &[0.0, 2.0], &[1.0, 5.0]);
+    let two =
+        through(TableInterpolation::Pchip, TableExtrapolation::Refuse, &[0.0, 2.0], &[1.0, 5.0]);
     assert_eq!([two.value(0.5), two.value(3.0)], [2.0, 7.0]);
 }
 
 #[test]
 fn beyond_the_ends_a_curve_keeps_its_value_or_its_slope() {
-    for shape in [Shape::Linear, Shape::Pchip, Shape::Natural] {
-        let held = through(shape, Beyond::Hold, &X, &Y);
+    for shape in
+        [TableInterpolation::Linear, TableInterpolation::Pchip, TableInterpolation::Natural]
+    {
+        let held = through(shape, TableExtrapolation::Hold, &X, &Y);
         assert_eq!([held.value(-3.0), held.value(9.0)], [2.0, -2.0]);
-        let extended = through(shape, Beyond::Extend, &X, &Y);
+        let extended = through(shape, TableExtrapolation::Extend, &X, &Y);
         let slope = extended.derivative();
         for (end, outside) in [(0.0, -3.0), (7.0, 9.0)] {
             let line = extended.value(end) + slope.value(end) * (outside - end);

@@ -10,20 +10,20 @@ use std::borrow::Cow;
 
 use dgd_runtime::for_identify::{delay_sensitivities, delays};
 use dgd_runtime::model::{Model, ModelProblem};
-use dgd_runtime::{Direction, Inputs, IntegrateError, Point, Problem, Side};
+use dgd_runtime::{Direction, EvaluationPoint, Inputs, IntegrateError, LimitSide, Problem};
 use nalgebra::DMatrix;
 
-use super::coordinates::Coordinates;
+use super::coordinates::FilterCoordinates;
 use super::error::FilterError;
-use super::remembered::Remembered;
+use super::remembered::EstimateHistory;
 use crate::error::TrialFailure;
 
 /// Delayed outputs, with the unknowns that they read.
-pub(super) struct LateOutputs {
-    outputs: Vec<LateOutput>,
+pub(super) struct DelayedOutputModel {
+    outputs: Vec<DelayedOutput>,
 }
 
-struct LateOutput {
+struct DelayedOutput {
     /// Positions of the output and of its delay.
     output: usize,
     delay: usize,
@@ -31,15 +31,15 @@ struct LateOutput {
 }
 
 /// The values of the delayed outputs at one time.
-pub(super) struct Readings<'a> {
+pub(super) struct DelayedReadings<'a> {
     problem: &'a ModelProblem<'a>,
-    here: Point<'a>,
-    past: &'a Remembered,
-    all: Vec<(&'a LateOutput, Reading)>,
+    here: EvaluationPoint<'a>,
+    past: &'a EstimateHistory,
+    all: Vec<(&'a DelayedOutput, DelayedReading)>,
 }
 
 /// The value of one of them.
-struct Reading {
+struct DelayedReading {
     t: f64,
     y: Vec<f64>,
     ydot: Vec<f64>,
@@ -47,7 +47,7 @@ struct Reading {
     udot: Vec<f64>,
 }
 
-impl LateOutputs {
+impl DelayedOutputModel {
     /// # Errors
     ///
     /// [`FilterError::NotFollowed`] for outputs that read future values.
@@ -65,47 +65,49 @@ impl LateOutputs {
             }
             let columns = by_y.positions().filter(|(row, _)| *row == i);
             let unknowns = columns.map(|(_, column)| column).collect();
-            outputs.push(LateOutput { output: i, delay, unknowns });
+            outputs.push(DelayedOutput { output: i, delay, unknowns });
         }
         Ok(Self { outputs })
     }
 
     /// Positions of the unknowns that they read.
     pub(super) fn unknowns(&self) -> impl Iterator<Item = usize> {
-        self.outputs.iter().flat_map(|late| late.unknowns.iter().copied())
+        self.outputs.iter().flat_map(|delayed| delayed.unknowns.iter().copied())
     }
 
     /// Their values; the inputs of the point `here` are not used.
     pub(super) fn read<'a>(
         &'a self,
         problem: &'a ModelProblem<'a>,
-        here: Point<'a>,
-        past: &'a Remembered,
-    ) -> Result<Readings<'a>, TrialFailure> {
+        here: EvaluationPoint<'a>,
+        past: &'a EstimateHistory,
+    ) -> Result<DelayedReadings<'a>, TrialFailure> {
         let mut unknowns = Vec::new();
         if !self.outputs.is_empty() {
             let (tau, inputs) = (delays(problem), inputs_read(problem)?);
-            let read = |late: &'a LateOutput| (late, reading(&inputs, here, tau[late.delay], past));
+            let read = |delayed: &'a DelayedOutput| {
+                (delayed, reading(&inputs, here, tau[delayed.delay], past))
+            };
             unknowns.extend(self.outputs.iter().map(read));
         }
-        Ok(Readings { problem, here, past, all: unknowns })
+        Ok(DelayedReadings { problem, here, past, all: unknowns })
     }
 }
 
-impl Readings<'_> {
+impl DelayedReadings<'_> {
     /// Replaces current outputs by their delayed values.
     pub(super) fn write(&self, w: &mut [f64]) {
-        let mut delayed = vec![0.0; w.len()];
-        for (late, was) in &self.all {
-            self.problem.system.outputs(was.at(self.here), &mut delayed);
-            w[late.output] = delayed[late.output];
+        let mut values = vec![0.0; w.len()];
+        for (delayed, was) in &self.all {
+            self.problem.system.outputs(was.to_point(self.here), &mut values);
+            w[delayed.output] = values[delayed.output];
         }
     }
 
     /// Replaces their rows of C, outputs × all variables.
     pub(super) fn differentiate(
         &self,
-        coordinates: &Coordinates,
+        coordinates: &FilterCoordinates,
         variables: &[f64],
         c: &mut DMatrix<f64>,
     ) {
@@ -120,8 +122,8 @@ impl Readings<'_> {
         let (mut dwdy, mut dwdu, mut dwdp) =
             (zeros(by_y.len()), zeros(by_u.len()), zeros(by_p.len()));
         let mut dwdt = zeros(signature.outputs.len());
-        for (late, was) in all {
-            let (row, at) = (late.output, was.at(*here));
+        for (delayed, was) in all {
+            let (row, at) = (delayed.output, was.to_point(*here));
             problem.system.output_jacobians(at, &mut dwdy, &mut dwdu, &mut dwdp, &mut dwdt);
             c.row_mut(row).fill(0.0);
             let mut rate = dwdt[row];
@@ -139,7 +141,7 @@ impl Readings<'_> {
                 let Direction::Parameter(i) = signature.directions[*direction] else { continue };
                 let entry = by_p.positions().zip(&dwdp).find(|(at, _)| *at == (row, i));
                 let by_theta = entry.map_or(0.0, |(_, slope)| *slope);
-                let moved = rate * dtau[direction * signature.delays.len() + late.delay];
+                let moved = rate * dtau[direction * signature.delays.len() + delayed.delay];
                 c[(row, column)] =
                     (by_theta - moved) * coordinates.slope(column, variables[column]);
             }
@@ -147,9 +149,9 @@ impl Readings<'_> {
     }
 }
 
-impl Reading {
-    fn at<'a>(&'a self, here: Point<'a>) -> Point<'a> {
-        Point { t: self.t, y: &self.y, u: &self.u, ..here }
+impl DelayedReading {
+    fn to_point<'a>(&'a self, here: EvaluationPoint<'a>) -> EvaluationPoint<'a> {
+        EvaluationPoint { t: self.t, y: &self.y, u: &self.u, ..here }
     }
 }
 
@@ -158,7 +160,12 @@ fn inputs_read<'p>(problem: &'p ModelProblem<'_>) -> Result<Cow<'p, Inputs>, Tri
 }
 
 /// The values a time `tau` before a point; unknowns that are not remembered have their current values.
-fn reading(inputs: &Inputs, here: Point<'_>, tau: f64, past: &Remembered) -> Reading {
+fn reading(
+    inputs: &Inputs,
+    here: EvaluationPoint<'_>,
+    tau: f64,
+    past: &EstimateHistory,
+) -> DelayedReading {
     let t = here.t - tau.max(0.0);
     let (mut y, mut ydot) = (here.y.to_vec(), vec![0.0; here.y.len()]);
     for (k, i) in past.watched().iter().enumerate() {
@@ -166,7 +173,7 @@ fn reading(inputs: &Inputs, here: Point<'_>, tau: f64, past: &Remembered) -> Rea
     }
     let mut u = vec![0.0; inputs.len()];
     let known = t.max(past.since());
-    let segment = inputs.segment(inputs.segment_at(known, Side::Right));
+    let segment = inputs.segment(inputs.segment_at(known, LimitSide::Right));
     segment.value(known, &mut u);
-    Reading { t, y, ydot, u, udot: segment.udot.to_vec() }
+    DelayedReading { t, y, ydot, u, udot: segment.udot.to_vec() }
 }

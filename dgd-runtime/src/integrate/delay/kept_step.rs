@@ -4,13 +4,13 @@
 //! repeated with its own polynomial until it no longer changes.
 
 use crate::error::IntegrateError;
-use crate::integrate::late::discontinuities::Discontinuities;
-use crate::integrate::late::history::NODES;
-use crate::integrate::methods::stepper::Failed;
-use crate::integrate::simulation::{Simulation, Variables};
+use crate::integrate::delay::discontinuities::Discontinuities;
+use crate::integrate::delay::history::NODES;
+use crate::integrate::methods::stepper::StepFailure;
+use crate::integrate::simulation::{Simulation, StepVariables};
 use crate::linalg::norm::{larger, largest_block};
 use crate::solution::Solution;
-use crate::solved::Solved;
+use crate::solved::SolvableSystem;
 
 /// Maximum number of times that a step that reads itself is repeated.
 const MOST_PASSES: usize = 12;
@@ -19,7 +19,7 @@ const SETTLED: f64 = 1e-2;
 /// A delay may be negative by this fraction of a step: the error of the solution on which it depends.
 const AHEAD: f64 = 1e-2;
 
-impl<S: Solved> Simulation<'_, S> {
+impl<S: SolvableSystem> Simulation<'_, S> {
     /// Discards the data of the previous trial, before a step is tried.
     #[inline]
     pub(in crate::integrate) fn forget_trial(&mut self) {
@@ -36,9 +36,9 @@ impl<S: Solved> Simulation<'_, S> {
     pub(in crate::integrate) fn close_step(
         &mut self,
         h: f64,
-        variables: Variables,
+        variables: StepVariables,
         solution: &mut Solution,
-    ) -> Result<(), Failed> {
+    ) -> Result<(), StepFailure> {
         if !S::FEATURES.past {
             return Ok(());
         }
@@ -47,7 +47,7 @@ impl<S: Solved> Simulation<'_, S> {
             return Ok(());
         }
         let Some(mut work) = self.discontinuities.take() else { return Ok(()) };
-        let mut closed = Err(Failed::Unsettled);
+        let mut closed = Err(StepFailure::Unsettled);
         for _ in 0..MOST_PASSES {
             self.remember(self.t + h, true);
             work.before.as_mut().copy_from_slice(self.stepper.y_new.as_ref());

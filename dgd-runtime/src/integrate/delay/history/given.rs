@@ -3,12 +3,12 @@
 //! A filter that moves a model from sample to sample, and corrects its state at each, keeps the past of delayed
 //! unknowns between the runs: polynomials like those of steps, with corrections that are linear between samples.
 
-use super::polynomial::{Basis, divide};
-use super::{Begun, History, Mark, NODES, ONE_TIME};
+use super::polynomial::{BasisValues, divide};
+use super::{Breakpoint, DelayHistory, HistoryStart, NODES, ONE_TIME};
 
 /// The past of unknowns until now.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Past {
+pub struct PastSolution {
     /// Positions of the unknowns, ascending.
     watched: Vec<usize>,
     /// Its start, s; before that, unknowns have the first value or the history that the model gives.
@@ -19,14 +19,14 @@ pub struct Past {
     /// Values before the first piece.
     origin: Vec<f64>,
     /// Points where it is not smooth.
-    marks: Vec<Kink>,
+    marks: Vec<PastKink>,
     /// Its sensitivities; zero in all other directions.
-    seeds: Vec<Seed>,
+    seeds: Vec<HistoryPerturbation>,
 }
 
 /// A time at which the past is not smooth, with the first piece after it and the order of the derivative that jumps.
 #[derive(Debug, Clone, Copy, PartialEq)]
-struct Kink {
+struct PastKink {
     t: f64,
     piece: usize,
     level: u32,
@@ -35,7 +35,7 @@ struct Kink {
 /// How the past of an unknown changes with its value at one time: linearly to zero at the neighbouring independent
 /// times.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Hat {
+pub struct HatFunction {
     /// Where it reaches zero on the left; `None` if it is 1 at all earlier times.
     pub left: Option<f64>,
     /// Where it is 1.
@@ -46,18 +46,18 @@ pub struct Hat {
 
 /// The change of one unknown, by its position among the watched ones, in one direction.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Seed {
+pub struct HistoryPerturbation {
     /// The direction.
     pub direction: usize,
     /// The unknown.
     pub unknown: usize,
     /// The change over time.
-    pub hat: Hat,
+    pub hat: HatFunction,
 }
 
-impl Hat {
+impl HatFunction {
     /// The change at a time, as a fraction of that at the top.
-    pub fn at(self, t: f64) -> f64 {
+    pub fn evaluate(self, t: f64) -> f64 {
         let part = |zero: Option<f64>| match zero {
             Some(zero) => ((t - zero) / (self.top - zero)).max(0.0),
             None => 1.0,
@@ -72,8 +72,8 @@ impl Hat {
     }
 }
 
-impl Past {
-    /// A past with only the values of the unknowns at the positions `watched` at the time `from`.
+impl PastSolution {
+    /// A past with only the values of the unknowns at the positions `watched` at the time `known_from`.
     pub fn new(watched: Vec<usize>, from: f64, y: &[f64]) -> Self {
         let origin = watched.iter().map(|i| y[*i]).collect();
         let (ends, differences, seeds) = (Vec::new(), Vec::new(), Vec::new());
@@ -83,7 +83,7 @@ impl Past {
             ends,
             differences,
             origin,
-            marks: vec![Kink { t: from, piece: 0, level: 1 }],
+            marks: vec![PastKink { t: from, piece: 0, level: 1 }],
             seeds,
         }
     }
@@ -94,7 +94,7 @@ impl Past {
     }
 
     /// Time from which it is known.
-    pub fn from(&self) -> f64 {
+    pub fn known_from(&self) -> f64 {
         self.from
     }
 
@@ -121,7 +121,7 @@ impl Past {
 
     /// Marks that the derivative of this order jumps at the end.
     pub fn mark(&mut self, level: u32) {
-        self.marks.push(Kink { t: self.until(), piece: self.ends.len(), level });
+        self.marks.push(PastKink { t: self.until(), piece: self.ends.len(), level });
     }
 
     /// Adds to one unknown a `change` over time that is a straight line within each piece.
@@ -146,7 +146,7 @@ impl Past {
         let [t0, t1] = self.ends[piece];
         let len = self.watched.len() * NODES.len();
         let differences = &self.differences[piece * len..(piece + 1) * len];
-        let basis = Basis::at((t.min(t1) - t0) / (t1 - t0));
+        let basis = BasisValues::evaluate((t.min(t1) - t0) / (t1 - t0));
         let [x, slope, _] = basis.read(differences, self.watched.len(), unknown);
         (x, slope / (t1 - t0))
     }
@@ -171,14 +171,14 @@ impl Past {
 
     /// The same past, with sensitivities.
     #[must_use]
-    pub fn seeded(&self, seeds: Vec<Seed>) -> Self {
+    pub fn seeded(&self, seeds: Vec<HistoryPerturbation>) -> Self {
         Self { seeds, ..self.clone() }
     }
 }
 
-impl History {
+impl DelayHistory {
     /// Begins with a given past, which must be known up to the time `t`.
-    pub(in crate::integrate) fn resume(&mut self, past: &Past, t: f64) {
+    pub(in crate::integrate) fn resume(&mut self, past: &PastSolution, t: f64) {
         let (n_w, n) = (self.watched.len(), self.now.len());
         let (of_past, pieces) = (past.watched.len(), past.ends.len());
         self.from = past.from;
@@ -192,22 +192,24 @@ impl History {
             for at in 0..pieces * NODES.len() {
                 self.differences[at * n + k] = past.differences[at * of_past + own];
             }
-            for &Seed { direction, hat, .. } in past.seeds.iter().filter(|of| of.unknown == own) {
+            for &HistoryPerturbation { direction, hat, .. } in
+                past.seeds.iter().filter(|of| of.unknown == own)
+            {
                 if direction >= self.n_s {
                     continue;
                 }
                 let column = (direction + 1) * n_w + k;
-                self.origin[column] = hat.at(past.from);
+                self.origin[column] = hat.evaluate(past.from);
                 for (piece, [t0, t1]) in past.ends.iter().enumerate() {
                     // A straight line.
-                    let (begin, end) = (hat.at(*t0), hat.at(*t1));
+                    let (begin, end) = (hat.evaluate(*t0), hat.evaluate(*t1));
                     let entry = piece * NODES.len() * n + column;
                     self.differences[entry] = begin;
                     self.differences[entry + n] = end - begin;
                 }
             }
         }
-        let mark = |&Kink { t, piece, level }: &Kink| Mark {
+        let mark = |&PastKink { t, piece, level }: &PastKink| Breakpoint {
             t,
             piece,
             level,
@@ -215,7 +217,7 @@ impl History {
             left: Vec::new(),
         };
         self.marks = past.marks.iter().map(mark).collect();
-        self.begun = Begun::FromAPast;
+        self.begun = HistoryStart::FromAPast;
         self.is_free = true;
         self.pass_all_until(t);
     }

@@ -22,11 +22,11 @@ use crate::error::{BadRequest, IntegrateError};
 use crate::linalg::norm::Tolerances;
 use crate::observe::delay::{delay_sensitivities, delays};
 use crate::problem::Problem;
-use crate::solved::Solved;
-use crate::system::{PastLayout, Point};
+use crate::solved::SolvableSystem;
+use crate::system::{EvaluationPoint, PastLayout};
 use polynomial::divide;
 
-pub use given::{Hat, Past, Seed};
+pub use given::{HatFunction, HistoryPerturbation, PastSolution};
 pub use polynomial::NODES;
 
 /// Highest level of marks that are followed.
@@ -43,7 +43,7 @@ const NO_JUMP: f64 = 1e-2;
 const MANY_PASSED: usize = 1024;
 
 /// The past of a run.
-pub(in crate::integrate) struct History {
+pub(in crate::integrate) struct DelayHistory {
     layout: PastLayout,
     from: f64,
     /// Tolerances for jumps, and sizes of all unknowns.
@@ -53,10 +53,10 @@ pub(in crate::integrate) struct History {
     n_s: usize,
     /// Delayed unknowns, each once.
     watched: Vec<usize>,
-    lags: Vec<Lag>,
-    begun: Begun,
+    lags: Vec<DelayReads>,
+    begun: HistoryStart,
     /// The model's history of delayed unknowns before the start.
-    before: Before,
+    before: PrehistoryValues,
     /// Watched values, then their sensitivities direction by direction: before the start, and now.
     origin: Vec<f64>,
     now: Vec<f64>,
@@ -66,7 +66,7 @@ pub(in crate::integrate) struct History {
     differences: Vec<f64>,
     /// Number of the first mark kept; then the marks, ascending.
     first_mark: usize,
-    marks: Vec<Mark>,
+    marks: Vec<Breakpoint>,
     /// The shortest constant non-zero delay.
     shortest: f64,
     /// Variable delays at the last look-up.
@@ -83,7 +83,7 @@ pub(in crate::integrate) struct History {
 
 /// Whether a history has begun.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Begun {
+enum HistoryStart {
     /// The run has no consistent start values.
     NotYet,
     /// At the start, with the model's history.
@@ -93,12 +93,12 @@ enum Begun {
 }
 
 /// A delay, and the unknowns that it reads.
-struct Lag {
+struct DelayReads {
     /// Its value, or its position among the variable delays.
-    tau: Tau,
+    tau: DelayTime,
     /// ∂τ/∂θ.
     dtau: Vec<f64>,
-    reads: Vec<Read>,
+    reads: Vec<DelayedRead>,
     /// The mark that it reaches next.
     mark: usize,
     /// The piece that it read last.
@@ -112,14 +112,14 @@ struct Lag {
 
 /// A delay.
 #[derive(Clone, Copy)]
-enum Tau {
+enum DelayTime {
     Constant(f64),
     Varying(usize),
 }
 
 /// A delayed unknown.
 #[derive(Clone, Copy)]
-struct Read {
+struct DelayedRead {
     /// Its position among the delayed unknowns, and that of the unknown among the watched ones.
     delayed: usize,
     watched: usize,
@@ -128,7 +128,7 @@ struct Read {
 
 /// Values of the model's history before the start, one for each delayed unknown.
 #[derive(Default)]
-struct Before {
+struct PrehistoryValues {
     values: Vec<f64>,
     rates: Vec<f64>,
     curvatures: Vec<f64>,
@@ -137,7 +137,7 @@ struct Before {
 }
 
 /// A point at which the solution is not smooth.
-struct Mark {
+struct Breakpoint {
     t: f64,
     /// The first piece after it.
     piece: usize,
@@ -161,7 +161,7 @@ pub(in crate::integrate) struct Discontinuity {
 }
 
 /// Checks that the delays of unknowns are valid.
-pub(in crate::integrate) fn verify<S: Solved>(
+pub(in crate::integrate) fn verify<S: SolvableSystem>(
     problem: &Problem<'_, S>,
     with_sensitivities: bool,
 ) -> Result<(), IntegrateError> {
@@ -171,7 +171,7 @@ pub(in crate::integrate) fn verify<S: Solved>(
     }
     let (tau, dtau) = (delays(problem), delay_sensitivities(problem));
     for delayed in signature.delayed_unknowns.iter().filter(|delayed| !delayed.varies) {
-        let unknown = signature.unknowns.at(delayed.unknown);
+        let unknown = signature.unknowns.get(delayed.unknown);
         let value = tau[delayed.delay];
         let moves = || dtau.chunks_exact(tau.len()).any(|column| column[delayed.delay] != 0.0);
         let is_known = value.is_finite() && value >= 0.0;
@@ -191,18 +191,18 @@ pub(in crate::integrate) fn verify<S: Solved>(
     Ok(())
 }
 
-impl Lag {
+impl DelayReads {
     fn constant(&self) -> Option<f64> {
         match self.tau {
-            Tau::Constant(tau) => Some(tau),
-            Tau::Varying(_) => None,
+            DelayTime::Constant(tau) => Some(tau),
+            DelayTime::Varying(_) => None,
         }
     }
 }
 
-impl History {
+impl DelayHistory {
     /// `None` if no unknown has a non-zero delay.
-    pub(in crate::integrate) fn new<S: Solved>(
+    pub(in crate::integrate) fn new<S: SolvableSystem>(
         problem: &Problem<'_, S>,
         from: f64,
         n_s: usize,
@@ -221,15 +221,15 @@ impl History {
         let reads = |varies: bool, delay: usize| {
             let delayed = signature.delayed_unknowns.iter().enumerate();
             let these = delayed.filter(|(_, read)| read.varies == varies && read.delay == delay);
-            let reads = these.map(|(k, read)| Read {
+            let reads = these.map(|(k, read)| DelayedRead {
                 delayed: k,
                 watched: watched.partition_point(|unknown| *unknown < read.unknown),
                 has_history: read.has_history,
             });
             reads.collect::<Vec<_>>()
         };
-        let constant = (0..tau.len()).map(|delay| Lag {
-            tau: Tau::Constant(tau[delay]),
+        let constant = (0..tau.len()).map(|delay| DelayReads {
+            tau: DelayTime::Constant(tau[delay]),
             dtau: (0..n_s).map(|j| dtau[j * tau.len() + delay]).collect(),
             reads: reads(false, delay),
             mark: 0,
@@ -238,8 +238,8 @@ impl History {
             is_none: false,
         });
         let n_varying = signature.varying_delays.len();
-        let varying = (0..n_varying).map(|delay| Lag {
-            tau: Tau::Varying(delay),
+        let varying = (0..n_varying).map(|delay| DelayReads {
+            tau: DelayTime::Varying(delay),
             dtau: Vec::new(),
             reads: reads(true, delay),
             mark: 0,
@@ -248,12 +248,12 @@ impl History {
             is_none: false,
         });
         // An unknown whose delay is zero whatever the parameters has its current value.
-        let is_late = |lag: &Lag| match lag.tau {
-            Tau::Constant(tau) => tau > 0.0 || lag.dtau.iter().any(|dtau| *dtau != 0.0),
-            Tau::Varying(_) => true,
+        let is_late = |lag: &DelayReads| match lag.tau {
+            DelayTime::Constant(tau) => tau > 0.0 || lag.dtau.iter().any(|dtau| *dtau != 0.0),
+            DelayTime::Varying(_) => true,
         };
         let lags = constant.chain(varying).filter(|lag| !lag.reads.is_empty() && is_late(lag));
-        let lags: Vec<Lag> = lags.collect();
+        let lags: Vec<DelayReads> = lags.collect();
         if lags.is_empty() {
             return None;
         }
@@ -264,7 +264,7 @@ impl History {
             tolerances,
             sizes: Vec::new(),
             n_s,
-            begun: Begun::NotYet,
+            begun: HistoryStart::NotYet,
             origin: vec![0.0; n],
             now: vec![0.0; n],
             first: 0,
@@ -274,7 +274,7 @@ impl History {
             marks: Vec::new(),
             shortest: lags
                 .iter()
-                .filter_map(Lag::constant)
+                .filter_map(DelayReads::constant)
                 .filter(|tau| *tau > 0.0)
                 .fold(f64::INFINITY, f64::min),
             varying: vec![0.0; n_varying],
@@ -282,7 +282,7 @@ impl History {
             is_trial: false,
             is_free: false,
             crossing: None,
-            before: Before {
+            before: PrehistoryValues {
                 values: vec![0.0; layout.n_v],
                 rates: vec![0.0; layout.n_v],
                 curvatures: vec![0.0; layout.n_v],
@@ -300,7 +300,7 @@ impl History {
     }
 
     /// Begins with consistent start values.
-    pub(in crate::integrate) fn begin<S: Solved>(
+    pub(in crate::integrate) fn begin<S: SolvableSystem>(
         &mut self,
         problem: &Problem<'_, S>,
         t: f64,
@@ -310,7 +310,7 @@ impl History {
         u: &[f64],
     ) {
         self.sizes = sizes.to_vec();
-        if self.begun == Begun::FromAPast {
+        if self.begun == HistoryStart::FromAPast {
             gather(&self.watched, self.n_s, y, s, &mut self.now);
             self.mark(t, 1, &[], y, s);
             self.pass_all_until(t);
@@ -321,13 +321,13 @@ impl History {
         gather(&self.watched, self.n_s, y, s, &mut self.origin);
         // The values just before the start serve as the current ones.
         self.now.copy_from_slice(&self.origin);
-        let point = Point { t: self.from, y: &[], u: &[], p: problem.p, z: &[] };
-        let Before { values, rates, curvatures, .. } = &mut self.before;
+        let point = EvaluationPoint { t: self.from, y: &[], u: &[], p: problem.p, z: &[] };
+        let PrehistoryValues { values, rates, curvatures, .. } = &mut self.before;
         problem.system.histories(point, values, rates, curvatures);
         for read in self.lags.iter().flat_map(|lag| &lag.reads).filter(|read| read.has_history) {
             self.now[read.watched] = self.before.values[read.delayed];
         }
-        self.begun = Begun::Anew;
+        self.begun = HistoryStart::Anew;
         self.mark(self.from, 1, &[], y, s);
         // A delay that is zero at the start reads the values that follow it.
         self.locate(problem, self.from, y, u);
@@ -340,7 +340,7 @@ impl History {
 
     /// Whether it continues a given past.
     pub(in crate::integrate) fn is_resumed(&self) -> bool {
-        self.begun == Begun::FromAPast
+        self.begun == HistoryStart::FromAPast
     }
 
     /// Sets the sensitivities at the start.
@@ -444,7 +444,7 @@ impl History {
         let piece = self.first + self.ends.len();
         let mut dt = dt.to_vec();
         dt.resize(self.n_s, 0.0);
-        self.marks.push(Mark { t, piece, level, dt, left });
+        self.marks.push(Breakpoint { t, piece, level, dt, left });
     }
 
     /// Occasionally drops the pieces that no delay reaches any more from `t` on.
@@ -470,7 +470,7 @@ impl History {
 
     /// The piece that a delay reads at `t`, which may precede the piece read last: rows within a step are recorded
     /// after its last stage.
-    fn piece_at(&self, lag: &Lag, t: f64) -> usize {
+    fn piece_at(&self, lag: &DelayReads, t: f64) -> usize {
         let alpha = t - lag.constant().unwrap_or(0.0) - self.rounding(t);
         let read = lag.piece.saturating_sub(self.first).min(self.ends.len());
         let before = self.ends[..read].iter().rev().take_while(|[_, end]| *end >= alpha).count();

@@ -3,11 +3,11 @@
 //! For a constant delay the time is known beforehand. A variable delay is watched: if it has passed a mark at the end
 //! of a step, the step must end at the mark.
 
-use super::{Discontinuity, History, Lag, Mark, ONE_TIME, Tau};
+use super::{Breakpoint, DelayHistory, DelayReads, DelayTime, Discontinuity, ONE_TIME};
 use crate::problem::Problem;
-use crate::solved::Solved;
+use crate::solved::SolvableSystem;
 
-impl History {
+impl DelayHistory {
     /// Time of the next discontinuity; infinity if none is known yet.
     pub(in crate::integrate) fn next_discontinuity(&self) -> f64 {
         let times = self.lags.iter().filter_map(|lag| self.discontinuity_of(lag));
@@ -15,7 +15,7 @@ impl History {
         times.fold(crossing, f64::min)
     }
 
-    fn discontinuity_of(&self, lag: &Lag) -> Option<f64> {
+    fn discontinuity_of(&self, lag: &DelayReads) -> Option<f64> {
         let mark = self.marks.get(lag.mark - self.first_mark)?;
         Some(mark.t + lag.constant()?)
     }
@@ -26,19 +26,19 @@ impl History {
             && time <= t
         {
             let mark = self.lags[lag].mark - usize::from(back) - self.first_mark;
-            let Mark { level, dt, .. } = &self.marks[mark];
+            let Breakpoint { level, dt, .. } = &self.marks[mark];
             let varying = match self.lags[lag].tau {
-                Tau::Constant(_) => None,
-                Tau::Varying(delay) => Some(delay),
+                DelayTime::Constant(_) => None,
+                DelayTime::Varying(delay) => Some(delay),
             };
             return Some(Discontinuity { lag, back, level: *level, dt: dt.clone(), varying });
         }
-        let due = |lag: &Lag| {
+        let due = |lag: &DelayReads| {
             let tau = lag.constant().unwrap_or(0.0);
             self.discontinuity_of(lag).is_some_and(|time| time <= t + ONE_TIME * t.abs().max(tau))
         };
         let lag = self.lags.iter().position(due)?;
-        let Lag { dtau, mark, .. } = &self.lags[lag];
+        let DelayReads { dtau, mark, .. } = &self.lags[lag];
         let mark = &self.marks[mark - self.first_mark];
         let dt = mark.dt.iter().zip(dtau).map(|(dt, dtau)| dt + dtau).collect();
         Some(Discontinuity { lag, back: false, level: mark.level, dt, varying: None })
@@ -66,7 +66,7 @@ impl History {
     }
 
     /// Makes variable delays read where they lead at (t, y), where they may have jumped.
-    pub(in crate::integrate) fn locate<S: Solved>(
+    pub(in crate::integrate) fn locate<S: SolvableSystem>(
         &mut self,
         problem: &Problem<'_, S>,
         t: f64,
@@ -99,7 +99,7 @@ impl History {
 
     /// Whether α is outside the marks between which a delay reads; if so, whether it is before them.
     fn left(&self, lag: usize, alpha: f64, rounding: f64) -> Option<bool> {
-        let Lag { mark, slack: [before, behind], .. } = self.lags[lag];
+        let DelayReads { mark, slack: [before, behind], .. } = self.lags[lag];
         let next = self.marks.get(mark - self.first_mark);
         let last = mark.checked_sub(1 + self.first_mark).map(|mark| &self.marks[mark]);
         if next.is_some_and(|mark| alpha > mark.t + rounding.max(behind)) {
@@ -112,7 +112,7 @@ impl History {
     }
 
     /// The first variable delay that has passed a mark at (t, y), and whether backwards.
-    pub(in crate::integrate) fn passed<S: Solved>(
+    pub(in crate::integrate) fn passed<S: SolvableSystem>(
         &mut self,
         problem: &Problem<'_, S>,
         t: f64,
@@ -139,7 +139,7 @@ impl History {
     }
 
     /// The smallest variable delay, and its value.
-    pub(in crate::integrate) fn earliest<S: Solved>(
+    pub(in crate::integrate) fn earliest<S: SolvableSystem>(
         &mut self,
         problem: &Problem<'_, S>,
         t: f64,

@@ -29,14 +29,14 @@ pub(super) fn divide(values: &mut [f64], n: usize) {
 
 /// Nₖ, Nₖ' and Nₖ'' at one θ.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Basis {
+pub(super) struct BasisValues {
     value: [f64; NODES.len()],
     rate: [f64; NODES.len()],
     curvature: [f64; NODES.len()],
 }
 
-impl Basis {
-    pub(super) fn at(theta: f64) -> Self {
+impl BasisValues {
+    pub(super) fn evaluate(theta: f64) -> Self {
         let mut basis = Self {
             value: [0.0; NODES.len()],
             rate: [0.0; NODES.len()],
@@ -75,7 +75,7 @@ mod tests {
         let mut values: Vec<f64> = NODES.iter().flat_map(|t| x(*t)).collect();
         divide(&mut values, 2);
         for t in [0.0, 0.1, 0.37, 0.5, 0.99, 1.0, 1.01] {
-            let basis = Basis::at(t);
+            let basis = BasisValues::evaluate(t);
             let [a, b] = [0, 1].map(|i| basis.read(&values, 2, i));
             let expected = [
                 [t.powi(6), 6.0 * t.powi(5), 30.0 * t.powi(4)],

@@ -1,10 +1,10 @@
 //! Delayed values along an interval, enclosed.
 
 use super::polynomial::NODES;
-use super::{History, ONE_TIME};
-use crate::integrate::enclosure::{Coefficients, Interval, Tube, tube_of};
+use super::{DelayHistory, ONE_TIME};
+use crate::integrate::enclosure::{Interval, PolynomialCoefficients, Tube, tube_of};
 
-impl History {
+impl DelayHistory {
     /// Enclosure of the number at a position of u between two times, if it is the value of an unknown with a constant
     /// delay, after the start.
     pub(in crate::integrate) fn tube(&self, position: usize, times: [f64; 2]) -> Option<Tube> {
@@ -66,8 +66,8 @@ impl History {
 }
 
 /// Newton's form with these divided differences, in powers of its variable.
-fn powers(difference: impl Fn(usize) -> f64) -> Coefficients {
-    let mut c = Coefficients::default();
+fn powers(difference: impl Fn(usize) -> f64) -> PolynomialCoefficients {
+    let mut c = PolynomialCoefficients::default();
     for k in (0..NODES.len()).rev() {
         // c ← c (θ − θₖ) + dₖ
         for power in (0..NODES.len()).rev() {

@@ -6,19 +6,19 @@
 
 use crate::integrate::simulation::Simulation;
 use crate::problem::Problem;
-use crate::solved::Solved;
-use crate::system::{Discrete, Point};
+use crate::solved::SolvableSystem;
+use crate::system::{Discrete, EvaluationPoint};
 
 /// The state of a run at its end, other than its unknowns.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Memory {
+pub struct RunMemory {
     z: Vec<f64>,
     armed: Vec<bool>,
     /// The natural step size at the end of the run, for methods whose first step is like any other.
     natural_step: Option<f64>,
 }
 
-impl Memory {
+impl RunMemory {
     /// The discrete numbers: modes, then conditions on time.
     pub fn z(&self) -> &[f64] {
         &self.z
@@ -41,10 +41,10 @@ pub fn held_by_bounds(discrete: &Discrete, z: &[f64]) -> Vec<usize> {
     bounded
 }
 
-impl<S: Solved> Simulation<'_, S> {
+impl<S: SolvableSystem> Simulation<'_, S> {
     /// The state from which another run can continue.
-    pub(in crate::integrate) fn memory(&self) -> Memory {
-        Memory {
+    pub(in crate::integrate) fn memory(&self) -> RunMemory {
+        RunMemory {
             z: self.discrete.z().to_vec(),
             armed: self.discrete.armed.clone(),
             natural_step: self.natural_step,
@@ -57,7 +57,7 @@ impl<S: Solved> Simulation<'_, S> {
     }
 
     /// Begins in the final modes of the previous run.
-    pub(in crate::integrate) fn recall_modes(&mut self, memory: &Memory) {
+    pub(in crate::integrate) fn recall_modes(&mut self, memory: &RunMemory) {
         if !S::FEATURES.events {
             return;
         }
@@ -75,14 +75,14 @@ impl<S: Solved> Simulation<'_, S> {
             }
         }
         let mut mass = self.algebraic.mass.clone();
-        let u = self.drive.at(self.t, self.y.as_ref());
-        let point = Point { t: self.t, y: &[], u, p, z: &self.discrete.schedule.z };
+        let u = self.drive.evaluate(self.t, self.y.as_ref());
+        let point = EvaluationPoint { t: self.t, y: &[], u, p, z: &self.discrete.schedule.z };
         system.mass(point, mass.as_mut());
         self.algebraic.enter_modes(mass.as_ref());
     }
 
     /// Holds the states that were at their bounds, after sides have been chosen.
-    pub(in crate::integrate) fn recall_bounds(&mut self, memory: &Memory) {
+    pub(in crate::integrate) fn recall_bounds(&mut self, memory: &RunMemory) {
         let signature = self.problem.system.signature();
         for (k, automaton) in signature.discrete.automata.iter().enumerate() {
             let mut resets = automaton.transitions.iter().flat_map(|of| of.resets.iter());

@@ -2,18 +2,21 @@
 
 use std::ops::Range;
 
-use super::polynomial::Basis;
-use super::{Before, Begun, History, Lag, NODES, ONE_TIME, Read, Tau};
+use super::polynomial::BasisValues;
+use super::{
+    DelayHistory, DelayReads, DelayTime, DelayedRead, HistoryStart, NODES, ONE_TIME,
+    PrehistoryValues,
+};
 use crate::problem::Problem;
-use crate::solved::Solved;
-use crate::system::{PastLayout, Point};
+use crate::solved::SolvableSystem;
+use crate::system::{EvaluationPoint, PastLayout};
 
 /// A piece shorter than this fraction of its neighbour has no slope of its own.
 const SHORT: f64 = 1e-8;
 
-impl History {
+impl DelayHistory {
     /// Writes the past of delayed unknowns at (t, y) after the inputs.
-    pub(in crate::integrate) fn write<S: Solved>(
+    pub(in crate::integrate) fn write<S: SolvableSystem>(
         &mut self,
         problem: &Problem<'_, S>,
         t: f64,
@@ -21,13 +24,13 @@ impl History {
         u: &mut [f64],
     ) {
         self.look_up(problem, t, y, u);
-        let mut past = Channels::of(self.layout, u);
+        let mut past = DelayChannels::split(self.layout, u);
         for lag in 0..self.lags.len() {
             if self.is_free && self.lags[lag].constant().is_none() {
                 self.locate_lag(lag, t);
             }
             let tau = self.tau(lag);
-            let Lag { mark, is_none, .. } = self.lags[lag];
+            let DelayReads { mark, is_none, .. } = self.lags[lag];
             if mark == 0 {
                 self.write_origin(problem, lag, t - tau, &mut past);
             } else if tau == 0.0 && (is_none || self.lags[lag].constant().is_some()) {
@@ -39,7 +42,7 @@ impl History {
     }
 
     /// Evaluates the variable delays at (t, y).
-    pub(super) fn look_up<S: Solved>(
+    pub(super) fn look_up<S: SolvableSystem>(
         &mut self,
         problem: &Problem<'_, S>,
         t: f64,
@@ -48,42 +51,42 @@ impl History {
     ) {
         if !self.varying.is_empty() {
             // They do not depend on discrete numbers.
-            let point = Point { t, y, u, p: problem.p, z: &[] };
+            let point = EvaluationPoint { t, y, u, p: problem.p, z: &[] };
             problem.system.varying_delays(point, &mut self.varying);
         }
     }
 
     pub(super) fn tau(&self, lag: usize) -> f64 {
         match self.lags[lag].tau {
-            Tau::Constant(tau) => tau,
-            Tau::Varying(delay) => self.varying[delay],
+            DelayTime::Constant(tau) => tau,
+            DelayTime::Varying(delay) => self.varying[delay],
         }
     }
 
     /// Writes values before the start.
-    fn write_origin<S: Solved>(
+    fn write_origin<S: SolvableSystem>(
         &mut self,
         problem: &Problem<'_, S>,
         lag: usize,
         alpha: f64,
-        past: &mut Channels<'_>,
+        past: &mut DelayChannels<'_>,
     ) {
         let lag = &self.lags[lag];
         let alpha = alpha.min(self.from);
         if lag.reads.iter().any(|read| read.has_history) {
-            let point = Point { t: alpha, y: &[], u: &[], p: problem.p, z: &[] };
-            let Before { values, rates, curvatures, s, s_rates } = &mut self.before;
+            let point = EvaluationPoint { t: alpha, y: &[], u: &[], p: problem.p, z: &[] };
+            let PrehistoryValues { values, rates, curvatures, s, s_rates } = &mut self.before;
             problem.system.histories(point, values, rates, curvatures);
             if self.n_s > 0 {
                 problem.system.history_sensitivities(point, s, s_rates);
             }
         }
         let (n_v, n_w) = (self.layout.n_v, self.watched.len());
-        let has_begun = self.begun != Begun::NotYet;
-        for &Read { delayed: k, watched, has_history } in &lag.reads {
+        let has_begun = self.begun != HistoryStart::NotYet;
+        for &DelayedRead { delayed: k, watched, has_history } in &lag.reads {
             past.held[k] = f64::from(u8::from(has_history || has_begun));
             if has_history {
-                let Before { values, rates, curvatures, s, s_rates } = &self.before;
+                let PrehistoryValues { values, rates, curvatures, s, s_rates } = &self.before;
                 past.set(k, [values[k], rates[k], curvatures[k]]);
                 for j in (0..self.n_s).map(|j| j * n_v + k) {
                     (past.s[j], past.s_rate[j]) = (s[j], s_rates[j]);
@@ -99,10 +102,10 @@ impl History {
     }
 
     /// Writes values with a delay of zero. It matters where values jump: any positive delay would read the left one.
-    fn write_present(&mut self, lag: usize, past: &mut Channels<'_>) {
+    fn write_present(&mut self, lag: usize, past: &mut DelayChannels<'_>) {
         let lag = &self.lags[lag];
         let mark = self.marks.get(lag.mark - self.first_mark);
-        for &Read { delayed: k, watched, .. } in &lag.reads {
+        for &DelayedRead { delayed: k, watched, .. } in &lag.reads {
             let left = mark.and_then(|mark| mark.left.get(watched));
             past.held[k] = f64::from(u8::from(left.is_some()));
             past.set(k, [left.copied().unwrap_or(0.0), 0.0, 0.0]);
@@ -110,7 +113,7 @@ impl History {
     }
 
     /// Writes values between two marks.
-    fn write_piece(&mut self, index: usize, alpha: f64, past: &mut Channels<'_>) {
+    fn write_piece(&mut self, index: usize, alpha: f64, past: &mut DelayChannels<'_>) {
         let (n, n_v, n_w) = (self.now.len(), self.layout.n_v, self.watched.len());
         let lag = &mut self.lags[index];
         let begin = self.marks[lag.mark - 1 - self.first_mark].piece;
@@ -121,7 +124,7 @@ impl History {
         self.reads_beyond |= behind.is_none() && self.ends.last().is_none_or(ahead);
         if begin >= end {
             // The first step after the mark is not finished yet.
-            for &Read { delayed: k, watched, .. } in &lag.reads {
+            for &DelayedRead { delayed: k, watched, .. } in &lag.reads {
                 past.held[k] = 1.0;
                 past.set(k, [self.now[watched], 0.0, 0.0]);
                 for j in 0..self.n_s {
@@ -150,7 +153,7 @@ impl History {
             if sloped == at { here } else { self.piece(sloped, within) };
         // Beyond, the extrapolation is a straight line.
         let bent = if beyond == 0.0 { per_h * per_h } else { 0.0 };
-        for &Read { delayed: k, watched, .. } in &self.lags[index].reads {
+        for &DelayedRead { delayed: k, watched, .. } in &self.lags[index].reads {
             let x = basis.read(differences, n, watched)[0];
             let [_, slope, bend] = rates.read(rate_differences, n, watched);
             past.held[k] = 1.0;
@@ -165,7 +168,7 @@ impl History {
         }
     }
 
-    /// The piece of a window that continues to α, if that is outside the piece `at`, and up to where: no further than
+    /// The piece of a window that continues to α, if that is outside the piece `evaluate`, and up to where: no further than
     /// by its own length, since polynomials grow beyond all bounds.
     fn extended(&self, at: usize, alpha: f64, window: Range<usize>) -> (usize, f64) {
         let [t0, t1] = self.ends[at];
@@ -188,11 +191,15 @@ impl History {
     }
 
     /// The basis of a piece at α, the reciprocal of its length, and its divided differences.
-    fn piece(&self, at: usize, alpha: f64) -> (Basis, f64, &[f64]) {
+    fn piece(&self, at: usize, alpha: f64) -> (BasisValues, f64, &[f64]) {
         let n = self.now.len() * NODES.len();
         let [t0, t1] = self.ends[at];
         let per_h = if t1 > t0 { 1.0 / (t1 - t0) } else { 0.0 };
-        (Basis::at((alpha - t0) * per_h), per_h, &self.differences[at * n..(at + 1) * n])
+        (
+            BasisValues::evaluate((alpha - t0) * per_h),
+            per_h,
+            &self.differences[at * n..(at + 1) * n],
+        )
     }
 
     /// The piece to take the slope from: a neighbour if this one is so short, between two events at nearly one time,
@@ -205,7 +212,7 @@ impl History {
 }
 
 /// The part of u for delayed unknowns.
-struct Channels<'a> {
+struct DelayChannels<'a> {
     held: &'a mut [f64],
     value: &'a mut [f64],
     rate: &'a mut [f64],
@@ -214,8 +221,8 @@ struct Channels<'a> {
     s_rate: &'a mut [f64],
 }
 
-impl<'a> Channels<'a> {
-    fn of(PastLayout { first, n_v, n_s }: PastLayout, u: &'a mut [f64]) -> Self {
+impl<'a> DelayChannels<'a> {
+    fn split(PastLayout { first, n_v, n_s }: PastLayout, u: &'a mut [f64]) -> Self {
         let (held, u) = u[first..].split_at_mut(n_v);
         let (value, u) = u.split_at_mut(n_v);
         let (rate, u) = u.split_at_mut(n_v);

@@ -9,10 +9,10 @@
 //! record are unknown: samples whose history begins there have no rows. These samples are determined before the search
 //! for a delay, or it would become longer to get rid of rows.
 
-use dgd_runtime::Point;
+use dgd_runtime::EvaluationPoint;
 use dgd_runtime::model::Model;
 
-use crate::regression::known::Known;
+use crate::regression::known::RecordingSamples;
 
 /// Treatment of values before the record.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -25,14 +25,14 @@ pub(crate) enum BeforeRecord {
 
 /// Delayed unknowns of a system, and their delays at the last point.
 #[derive(Debug, Clone)]
-pub(crate) struct Late {
+pub(crate) struct DelayedColumns {
     constant: Vec<f64>,
     varying: Vec<f64>,
     /// The earliest time read for the last point, s.
     pub earliest: f64,
 }
 
-impl Late {
+impl DelayedColumns {
     /// `None` without delayed unknowns.
     pub(crate) fn new(system: &dyn Model) -> Option<Self> {
         let signature = system.signature();
@@ -48,9 +48,9 @@ impl Late {
     pub(crate) fn write(
         &mut self,
         system: &dyn Model,
-        known: &Known,
+        known: &RecordingSamples,
         before: BeforeRecord,
-        at: Point<'_>,
+        at: EvaluationPoint<'_>,
         u: &mut [f64],
     ) {
         let signature = system.signature();

@@ -5,14 +5,14 @@
 //! smoother.
 
 use crate::error::IntegrateError;
-use crate::integrate::late::history::Discontinuity;
-use crate::integrate::late::moving_jump::NO_JUMP;
+use crate::integrate::delay::history::Discontinuity;
+use crate::integrate::delay::moving_jump::NO_JUMP;
 use crate::integrate::simulation::Simulation;
 use crate::problem::Problem;
 use crate::signal::Segment;
 use crate::solution::{Solution, UndefinedCause, UndefinedSensitivity};
-use crate::solved::Solved;
-use crate::system::{Point, Storage};
+use crate::solved::SolvableSystem;
+use crate::system::{EvaluationPoint, Storage};
 
 /// Marks from this level on do not change the slope of the delayed unknown.
 const SMOOTH: u32 = 2;
@@ -24,20 +24,20 @@ const NARROW: f64 = 1e-13;
 const LOOKS: [f64; 3] = [0.25, 0.5, 0.75];
 
 /// Work space at discontinuities.
-pub(in crate::integrate) struct Discontinuities<S: Solved> {
+pub(in crate::integrate) struct Discontinuities<S: SolvableSystem> {
     pub(in crate::integrate) before: S::Vector,
     after: S::Vector,
     /// Sensitivities of steps that read themselves; `None` without sensitivities.
     pub(in crate::integrate) s: Option<S::Sensitivity>,
 }
 
-impl<S: Solved> Discontinuities<S> {
+impl<S: SolvableSystem> Discontinuities<S> {
     pub(in crate::integrate) fn new(n: usize, s: Option<S::Sensitivity>) -> Self {
         Self { before: S::Vector::zeros(n), after: S::Vector::zeros(n), s }
     }
 }
 
-impl<S: Solved> Simulation<'_, S> {
+impl<S: SolvableSystem> Simulation<'_, S> {
     /// Delayed values are known from now on.
     pub(in crate::integrate) fn begin_history(&mut self) {
         if S::FEATURES.past && self.discontinuities.is_some() {
@@ -136,7 +136,7 @@ impl<S: Solved> Simulation<'_, S> {
         let (mut dtau, mut by_y) = (vec![0.0; n_tau * dt.len()], vec![0.0; n_tau * n]);
         let mut by_t = vec![0.0; n_tau];
         let (u, udot) = self.drive.with_slope(self.t, self.y.as_ref());
-        let point = Point { t: self.t, y: self.y.as_ref(), u, p, z: self.discrete.z() };
+        let point = EvaluationPoint { t: self.t, y: self.y.as_ref(), u, p, z: self.discrete.z() };
         let s = d.s.as_ref();
         system.varying_delay_sensitivities(point, udot, s, &mut dtau, &mut by_y, &mut by_t);
         let along_y = ydot.as_ref().iter().enumerate().map(|(i, f)| by_y[i * n_tau + delay] * f);
@@ -230,7 +230,7 @@ impl<S: Solved> Simulation<'_, S> {
             return 0;
         }
         let n = self.problem.system.signature().past().first;
-        let before = &self.drive.at(self.t, self.y.as_ref())[..n];
+        let before = &self.drive.evaluate(self.t, self.y.as_ref())[..n];
         let jumps = before
             .iter()
             .zip(segment.u)

@@ -17,14 +17,14 @@ use crate::observe::delay::delay_sensitivities;
 use crate::problem::Problem;
 use crate::signal::Segment;
 use crate::solution::Solution;
-use crate::solved::Solved;
-use crate::system::{Point, Storage};
+use crate::solved::SolvableSystem;
+use crate::system::{EvaluationPoint, Storage};
 
 /// Relative differences of inputs up to this are not jumps: the rounding of a product and a sum.
 pub(in crate::integrate) const NO_JUMP: f64 = 16.0 * f64::EPSILON;
 
 /// Work space for moving jumps.
-pub(in crate::integrate) struct MovingJumps<S: Solved> {
+pub(in crate::integrate) struct MovingJumps<S: SolvableSystem> {
     /// ∂τ/∂θ, delays × n_s by columns.
     dtau: Vec<f64>,
     /// ∂τ/∂θ of one delay.
@@ -35,7 +35,7 @@ pub(in crate::integrate) struct MovingJumps<S: Solved> {
     after: S::Vector,
 }
 
-impl<S: Solved> MovingJumps<S> {
+impl<S: SolvableSystem> MovingJumps<S> {
     /// `None` if no delay of an input depends on a direction.
     pub(in crate::integrate) fn new(problem: &Problem<'_, S>) -> Option<Self> {
         let signature = problem.system.signature();
@@ -60,7 +60,7 @@ impl<S: Solved> MovingJumps<S> {
     }
 }
 
-impl<S: Solved> Simulation<'_, S> {
+impl<S: SolvableSystem> Simulation<'_, S> {
     /// Enters a segment whose start may depend on parameters.
     pub(in crate::integrate) fn enter_with_moving_jumps(
         &mut self,
@@ -73,14 +73,14 @@ impl<S: Solved> Simulation<'_, S> {
         let u = moving.u.as_mut();
         u.copy_from_slice(segment.u);
         let mut jumping: Vec<usize> = Vec::new();
-        for (position, late) in signature.delayed_inputs.iter().enumerate() {
+        for (position, delayed) in signature.delayed_inputs.iter().enumerate() {
             let (left, right) = (
-                self.drive.at(self.t, self.y.as_ref())[declared + position],
+                self.drive.evaluate(self.t, self.y.as_ref())[declared + position],
                 u[declared + position],
             );
             if (right - left).abs() > NO_JUMP * left.abs().max(right.abs()) {
                 u[declared + position] = left;
-                jumping.push(late.delay);
+                jumping.push(delayed.delay);
             }
         }
         if jumping.is_empty() {
@@ -103,8 +103,8 @@ impl<S: Solved> Simulation<'_, S> {
             }
             self.begin_moving_jump(&moving.dt, solution);
             self.rates(&mut moving.before);
-            for (position, late) in signature.delayed_inputs.iter().enumerate() {
-                if late.delay == delay {
+            for (position, delayed) in signature.delayed_inputs.iter().enumerate() {
+                if delayed.delay == delay {
                     moving.u.as_mut()[declared + position] = segment.u[declared + position];
                 }
             }
@@ -135,8 +135,8 @@ impl<S: Solved> Simulation<'_, S> {
             return;
         }
         let Problem { system, p, .. } = *self.problem;
-        let (u, z) = (self.drive.at(self.t, self.y.as_ref()), self.discrete.z());
-        let point = Point { t: self.t, y: self.y.as_ref(), u, p, z };
+        let (u, z) = (self.drive.evaluate(self.t, self.y.as_ref()), self.discrete.z());
+        let point = EvaluationPoint { t: self.t, y: self.y.as_ref(), u, p, z };
         system.rhs(point, f.as_mut());
     }
 
