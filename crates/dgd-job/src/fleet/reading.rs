@@ -3,7 +3,7 @@
 use dgd_identify::percentiles;
 use serde_json::Value;
 
-use crate::piece::Kind;
+use crate::piece::PieceKind;
 
 /// Half width of a 95 % confidence interval, in standard deviations.
 const HALF_BAND: f64 = 1.959_963_984_540_054;
@@ -13,10 +13,10 @@ const BAND: f64 = 0.95;
 
 /// The results of recordings that were used together.
 #[derive(Debug, Default)]
-pub(super) struct Found {
+pub(super) struct PeriodResults {
     pub(super) when: String,
     /// Parameters by name, in the order of the model.
-    pub(super) estimates: Vec<(String, Estimate)>,
+    pub(super) estimates: Vec<(String, FleetEstimate)>,
     /// Whether the fit converged, and why not; `None` without a fit.
     pub(super) fit: Option<Result<(), String>>,
     pub(super) reduced_chi_square: Option<f64>,
@@ -25,7 +25,7 @@ pub(super) struct Found {
     /// Number of starting points that reached the lowest deviance, and their total.
     pub(super) starts: Option<(usize, usize)>,
     /// The result of the search, if there was one.
-    pub(super) search: Option<Search>,
+    pub(super) search: Option<SearchOutcome>,
     /// Failed pieces, with the reasons.
     pub(super) failures: Vec<(String, String)>,
     /// Pieces without a result.
@@ -34,19 +34,19 @@ pub(super) struct Found {
 
 /// A parameter in its declared unit.
 #[derive(Debug, Clone, PartialEq)]
-pub(super) struct Estimate {
+pub(super) struct FleetEstimate {
     pub(super) value: f64,
     /// Standard deviation; that of the model error if larger.
     pub(super) std: Option<f64>,
     /// 95 % confidence interval.
     pub(super) band: Option<(f64, f64)>,
-    pub(super) by: By,
+    pub(super) by: IntervalSource,
     pub(super) unit: String,
 }
 
 /// Source of a confidence interval.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum By {
+pub(super) enum IntervalSource {
     /// The standard deviation.
     Std,
     /// The profile of the likelihood.
@@ -55,19 +55,19 @@ pub(super) enum By {
     Replicates(usize),
 }
 
-impl By {
+impl IntervalSource {
     pub(super) fn name(self) -> &'static str {
         match self {
-            By::Std => "std",
-            By::Profile => "profile",
-            By::Replicates(_) => "replicates",
+            IntervalSource::Std => "std",
+            IntervalSource::Profile => "profile",
+            IntervalSource::Replicates(_) => "replicates",
         }
     }
 }
 
 /// The result of a search.
 #[derive(Debug, Clone, PartialEq)]
-pub(super) struct Search {
+pub(super) struct SearchOutcome {
     pub(super) verdict: String,
     /// Missing terms by name, with their onset within the recordings, s.
     pub(super) missing: Vec<(String, Option<f64>)>,
@@ -76,11 +76,11 @@ pub(super) struct Search {
 /// Fits whose deviances differ by less than this ended in the same minimum.
 const SAME_DEVIANCE: f64 = 0.1;
 
-impl Found {
+impl PeriodResults {
     /// From the results of its pieces, as far as there are any.
-    pub(super) fn read(when: &str, results: &[(Kind, Option<String>)]) -> Found {
-        let mut findings = Found { when: when.to_owned(), ..Found::default() };
-        let mut documents: Vec<(&Kind, Value)> = Vec::new();
+    pub(super) fn read(when: &str, results: &[(PieceKind, Option<String>)]) -> PeriodResults {
+        let mut findings = PeriodResults { when: when.to_owned(), ..PeriodResults::default() };
+        let mut documents: Vec<(&PieceKind, Value)> = Vec::new();
         for (kind, text) in results {
             let Some(text) = text else {
                 findings.open += 1;
@@ -97,9 +97,11 @@ impl Found {
         }
         findings.read_fits(&documents);
         findings.read_bands(&documents);
-        if let Some((_, document)) = documents.iter().find(|(kind, _)| **kind == Kind::Discover) {
+        if let Some((_, document)) =
+            documents.iter().find(|(kind, _)| **kind == PieceKind::Discover)
+        {
             let result = &document["result"];
-            findings.search = Some(Search::read(result));
+            findings.search = Some(SearchOutcome::read(result));
             if findings.estimates.is_empty() {
                 findings.estimates = estimates(&result["base_parameters"]);
             }
@@ -108,9 +110,9 @@ impl Found {
     }
 
     /// Takes the fit with the lowest deviance among those that converged, over all starting points.
-    fn read_fits(&mut self, documents: &[(&Kind, Value)]) {
-        let is_whole = |kind: &Kind| !matches!(kind, Kind::Discover);
-        let fits: Vec<&(&Kind, Value)> =
+    fn read_fits(&mut self, documents: &[(&PieceKind, Value)]) {
+        let is_whole = |kind: &PieceKind| !matches!(kind, PieceKind::Discover);
+        let fits: Vec<&(&PieceKind, Value)> =
             documents.iter().filter(|(kind, _)| is_whole(kind)).collect();
         let deviance =
             |document: &Value| document["result"]["deviance"].as_f64().unwrap_or(f64::INFINITY);
@@ -127,7 +129,7 @@ impl Found {
         self.fit = Some(if has_converged(document) { Ok(()) } else { Err(reason.to_owned()) });
         let least = deviance(document);
         let starts: Vec<&Value> = (fits.iter())
-            .filter(|(kind, _)| matches!(kind, Kind::Start { .. }))
+            .filter(|(kind, _)| matches!(kind, PieceKind::Start { .. }))
             .map(|(_, document)| document)
             .collect();
         let led = starts
@@ -137,7 +139,7 @@ impl Found {
     }
 
     /// Replaces standard deviations by profiles or, failing that, by resampled data.
-    fn read_bands(&mut self, documents: &[(&Kind, Value)]) {
+    fn read_bands(&mut self, documents: &[(&PieceKind, Value)]) {
         for (name, estimate) in &mut self.estimates {
             let values: Vec<f64> = documents
                 .iter()
@@ -148,7 +150,7 @@ impl Found {
                 .collect();
             let count = values.len();
             if let Some(band) = percentiles(values, BAND) {
-                (estimate.band, estimate.by) = (Some(band), By::Replicates(count));
+                (estimate.band, estimate.by) = (Some(band), IntervalSource::Replicates(count));
             }
             let profile = documents.iter().find_map(|(_, document)| {
                 let interval =
@@ -156,18 +158,18 @@ impl Found {
                 Some((interval.first()?.as_f64()?, interval.get(1)?.as_f64()?))
             });
             if profile.is_some() {
-                (estimate.band, estimate.by) = (profile, By::Profile);
+                (estimate.band, estimate.by) = (profile, IntervalSource::Profile);
             }
         }
     }
 
     /// A parameter by name.
-    pub(super) fn estimate(&self, name: &str) -> Option<&Estimate> {
+    pub(super) fn estimate(&self, name: &str) -> Option<&FleetEstimate> {
         self.estimates.iter().find(|(known, _)| known == name).map(|(_, estimate)| estimate)
     }
 }
 
-fn estimates(parameters: &Value) -> Vec<(String, Estimate)> {
+fn estimates(parameters: &Value) -> Vec<(String, FleetEstimate)> {
     let entries = parameters.as_object().into_iter().flatten();
     let one = |(name, entry): (&String, &Value)| {
         let value = entry["value"].as_f64()?;
@@ -175,13 +177,13 @@ fn estimates(parameters: &Value) -> Vec<(String, Estimate)> {
         let std = std.filter(|std| std.is_finite() && *std > 0.0).reduce(f64::max);
         let band = std.map(|std| (value - HALF_BAND * std, value + HALF_BAND * std));
         let unit = entry["unit"].as_str().unwrap_or_default().to_owned();
-        Some((name.clone(), Estimate { value, std, band, by: By::Std, unit }))
+        Some((name.clone(), FleetEstimate { value, std, band, by: IntervalSource::Std, unit }))
     };
     entries.filter_map(one).collect()
 }
 
-impl Search {
-    fn read(result: &Value) -> Search {
+impl SearchOutcome {
+    fn read(result: &Value) -> SearchOutcome {
         let list = |key: &str| result[key].as_array().into_iter().flatten();
         let effects = list("effects").filter_map(|effect| {
             let name = effect["name"].as_str()?.to_owned();
@@ -199,7 +201,10 @@ impl Search {
             Some((format!("something unknown at `{}`", one["target"].as_str()?), None))
         });
         let verdict = result["verdict"].as_str().unwrap_or_default().to_owned();
-        Search { verdict, missing: causes.chain(effects).chain(terms).chain(left_over).collect() }
+        SearchOutcome {
+            verdict,
+            missing: causes.chain(effects).chain(terms).chain(left_over).collect(),
+        }
     }
 }
 
@@ -220,15 +225,15 @@ mod tests {
 
     #[test]
     fn of_several_starts_the_least_deviance_that_converged_counts() {
-        let start = |number| Kind::Start { number, of: 4 };
+        let start = |number| PieceKind::Start { number, of: 4 };
         let results = [
             (start(0), Some(fit(1.0, 10.0, true))),
             (start(1), Some(fit(2.0, 3.0, true))),
             (start(2), Some(fit(3.0, 1.0, false))),
             (start(3), Some(fit(2.1, 3.05, true))),
-            (Kind::Discover, None),
+            (PieceKind::Discover, None),
         ];
-        let findings = Found::read("now", &results);
+        let findings = PeriodResults::read("now", &results);
         let (name, estimate) = &findings.estimates[0];
         assert_eq!((name.as_str(), estimate.value, estimate.std), ("c", 2.0, Some(0.5)));
         assert_eq!((findings.starts, findings.fit, findings.open), (Some((2, 4)), Some(Ok(())), 1));
@@ -246,10 +251,10 @@ mod tests {
                 json!({ "parameters": parameters, "converged": true, "bootstrap": bootstrap });
             Some(json!({ "state": "done", "result": result }).to_string())
         };
-        let replicates = |from| Kind::Replicates { from, count: 20 };
+        let replicates = |from| PieceKind::Replicates { from, count: 20 };
         let mut results = vec![(replicates(0), part(1)), (replicates(20), part(21))];
-        let findings = Found::read("now", &results);
-        assert_eq!(findings.estimates[0].1.by, By::Replicates(40));
+        let findings = PeriodResults::read("now", &results);
+        assert_eq!(findings.estimates[0].1.by, IntervalSource::Replicates(40));
         // 1 … 40: the quantiles 1/40.98 and its mirror.
         let (low, high) = findings.estimates[0].1.band.expect("a band");
         assert!((low - 1.025).abs() < 1e-9 && (high - 39.975).abs() < 1e-9, "{low} {high}");
@@ -257,11 +262,11 @@ mod tests {
         let parameters = json!({ "c": { "value": 20.0, "unit": "m", "std": 1.0 } });
         let result = json!({ "parameters": parameters, "converged": true, "profiles": profiles });
         let text = json!({ "state": "done", "result": result }).to_string();
-        results.push((Kind::Profile { of: "c".into() }, Some(text)));
-        let findings = Found::read("now", &results);
+        results.push((PieceKind::Profile { of: "c".into() }, Some(text)));
+        let findings = PeriodResults::read("now", &results);
         assert_eq!(
             (findings.estimates[0].1.by, findings.estimates[0].1.band),
-            (By::Profile, Some((18.5, 22.0)))
+            (IntervalSource::Profile, Some((18.5, 22.0)))
         );
     }
 
@@ -276,12 +281,12 @@ mod tests {
             "base_parameters": { "c": { "value": 1.0, "unit": "m", "std": null } },
         });
         let search = json!({ "state": "done", "result": result }).to_string();
-        let findings = Found::read(
+        let findings = PeriodResults::read(
             "now",
             &[
-                (Kind::Fit, Some(failed)),
-                (Kind::Discover, Some(search)),
-                (Kind::Fit, Some("torn".into())),
+                (PieceKind::Fit, Some(failed)),
+                (PieceKind::Discover, Some(search)),
+                (PieceKind::Fit, Some("torn".into())),
             ],
         );
         assert_eq!(findings.failures[0], ("fit".to_owned(), "no such file".to_owned()));

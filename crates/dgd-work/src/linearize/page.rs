@@ -5,7 +5,7 @@ use dgd_plot::MathText;
 use dgd_runtime::linearize::Stability;
 use serde_json::Value;
 
-use super::Linearised;
+use super::LinearModelReport;
 use crate::output::page::{name, number, origin, unit, words};
 use crate::output::quantity::short;
 
@@ -20,7 +20,7 @@ const MATRICES: [(&str, &str, &str, &str); 4] = [
 /// Largest number of rows or columns shown.
 const MOST_SHOWN: usize = 24;
 
-impl Linearised {
+impl LinearModelReport {
     /// Its page, with the command that reproduces it.
     pub fn page(&self, command: &str) -> String {
         let json = self.to_json();

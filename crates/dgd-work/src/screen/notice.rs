@@ -6,7 +6,7 @@ use dgd_runtime::signature::number::short;
 use dgd_screen::redundant::Kinship;
 use dgd_screen::{ChannelFault, Estimate, Finding, Severity, TimeStretch};
 
-use crate::output::quantity::{Quantity, with_unit};
+use crate::output::quantity::{UncertainValue, with_unit};
 use crate::output::table::significant;
 
 /// A finding in words.
@@ -63,7 +63,7 @@ impl Amount {
 
     fn shown(&self, value: f64) -> String {
         let number = match self.half_width {
-            Some(half) if half > 0.0 => Quantity::new(value, half).to_string(),
+            Some(half) if half > 0.0 => UncertainValue::new(value, half).to_string(),
             _ => reading(value),
         };
         format!("{number} {}", self.unit).trim_end().to_owned()
@@ -103,7 +103,7 @@ pub(super) fn notice(table: &DataTable, finding: &Finding) -> Notice {
     let unit = columns.first().and_then(|column| column.unit.as_ref());
     let (unit, apart) = (unit_of(unit), difference_unit(unit));
     let rows = table.len();
-    let Said { kind, mut text, advice, amount } =
+    let NoticeText { kind, mut text, advice, amount } =
         said(&finding.fault, [name(0), name(1)], &unit, &apart, rows);
     if kind == "frozen" && finding.stretches.len() > 1 {
         let times = finding.stretches.len();
@@ -121,7 +121,7 @@ pub(super) fn notice(table: &DataTable, finding: &Finding) -> Notice {
     }
 }
 
-struct Said {
+struct NoticeText {
     kind: &'static str,
     text: String,
     advice: String,
@@ -134,8 +134,8 @@ fn said(
     unit: &str,
     apart: &str,
     rows: usize,
-) -> Said {
-    let say = |kind, text: String, advice: &str, amount: Option<Amount>| Said {
+) -> NoticeText {
+    let say = |kind, text: String, advice: &str, amount: Option<Amount>| NoticeText {
         kind,
         text,
         advice: advice.to_owned(),

@@ -4,7 +4,7 @@ use dgd_discover::{FoundLaw, LawParameter, LawRange, LawTerm, NearForm, RivalLaw
 use serde_json::{Map, Value, json};
 
 use super::result_json::tidy;
-use crate::output::quantity::{Quantity, rounded, with_unit};
+use crate::output::quantity::{UncertainValue, rounded, with_unit};
 
 /// For programs.
 pub(super) fn value(law: &FoundLaw) -> Value {
@@ -87,7 +87,7 @@ fn constant_rows(terms: &[LawTerm]) -> Vec<[String; 2]> {
     let row = |one: &LawParameter| {
         let scale = one.unit.factor;
         let std = one.std.map_or(f64::NAN, |std| std / scale);
-        let quantity = Quantity::with(one.value / scale, std);
+        let quantity = UncertainValue::with(one.value / scale, std);
         [one.name.clone(), with_unit(quantity, &one.unit.symbol)]
     };
     terms.iter().flat_map(|term| &term.coefficients).map(row).collect()

@@ -9,17 +9,17 @@ use dgd_discover::{
 };
 use serde_json::{Map, Value, json};
 
-use super::{Subject, UNEXPLAINED, condition, guess, kept_apart, law, plain, together};
+use super::{DiscoverySubject, UNEXPLAINED, condition, guess, kept_apart, law, plain, together};
 use crate::output::json_text;
 use crate::output::quantity::of_differences;
 
 /// The text of the file.
-pub(super) fn write(subject: &Subject<'_>) -> String {
+pub(super) fn write(subject: &DiscoverySubject<'_>) -> String {
     json_text(&value(subject))
 }
 
 /// The content of the file.
-pub(super) fn value(subject: &Subject<'_>) -> Value {
+pub(super) fn value(subject: &DiscoverySubject<'_>) -> Value {
     let Discovery { verdict, reason, p_value, effects, unexplained, gap, .. } = subject.discovery;
     let Discovery { traces, ranking, screened, .. } = subject.discovery;
     let not_tried: Vec<Value> = (subject.discovery.not_tried.iter())

@@ -9,8 +9,8 @@
 
 use dgd_screen::distribution::chi_square_tail;
 
-use super::contender::Named;
-use super::score::Score;
+use super::contender::NamedModel;
+use super::score::ContenderScore;
 
 /// Whether the larger of two contenders fits better than chance would explain.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -31,8 +31,8 @@ pub struct LikelihoodRatio {
 /// The ratios of all pairs that are nested by their effects, and of the first contender with each other one if the user
 /// says that it is a special case of them.
 pub(super) fn all(
-    named: &[Named],
-    scores: &[Score],
+    named: &[NamedModel],
+    scores: &[ContenderScore],
     is_first_within: bool,
 ) -> Vec<LikelihoodRatio> {
     let mut ratios = Vec::new();
@@ -48,9 +48,9 @@ pub(super) fn all(
     ratios
 }
 
-fn of(null: usize, alternative: usize, scores: &[Score]) -> Option<LikelihoodRatio> {
+fn of(null: usize, alternative: usize, scores: &[ContenderScore]) -> Option<LikelihoodRatio> {
     let (small, large) = (&scores[null], &scores[alternative]);
-    let free_and_bound = |score: &Score| score.estimates + score.at_bounds;
+    let free_and_bound = |score: &ContenderScore| score.estimates + score.at_bounds;
     let degrees_of_freedom =
         free_and_bound(large).checked_sub(free_and_bound(small)).filter(|n| *n > 0)?;
     let statistic = small.deviance? - large.deviance?;
@@ -64,7 +64,7 @@ mod tests {
 
     #[test]
     fn only_what_is_nested_with_more_estimates_has_a_ratio() {
-        let score = |deviance: f64, estimates| Score {
+        let score = |deviance: f64, estimates| ContenderScore {
             deviance: Some(deviance),
             estimates,
             at_bounds: 0,

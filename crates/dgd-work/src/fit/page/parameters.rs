@@ -5,7 +5,7 @@ use serde_json::Value;
 
 use super::remark;
 use crate::output::page::{count, name, number, unit};
-use crate::output::quantity::{Quantity, rounded, short};
+use crate::output::quantity::{UncertainValue, rounded, short};
 
 /// A larger relative standard deviation is pointed out.
 const VAGUE: f64 = 0.5;
@@ -92,7 +92,7 @@ fn push_rows(table: &mut PageTable, values: &Value) {
         let (value, std) = (entry["value"].as_f64(), entry["std"].as_f64());
         let shown = match (value, std) {
             (None, _) => "–".to_owned(),
-            (Some(value), Some(std)) if std > 0.0 => Quantity::new(value, std).to_string(),
+            (Some(value), Some(std)) if std > 0.0 => UncertainValue::new(value, std).to_string(),
             (Some(value), _) => rounded(value, DIGITS),
         };
         table.rows.push(vec![

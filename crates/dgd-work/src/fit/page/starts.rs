@@ -22,22 +22,22 @@ pub(super) fn push(page: &mut Page, json: &Value) {
 
 /// Deviances above the best, ascending, on a scale that shows both 0 and thousands.
 fn waterfall(ends: &[Value]) -> Figure {
-    let mut fits: Vec<(f64, Kind)> = ends
+    let mut fits: Vec<(f64, StartOutcome)> = ends
         .iter()
         .filter_map(|end| {
             let kind = match end["minimum"].as_u64() {
-                Some(0) => Kind::Best,
-                Some(_) => Kind::Other,
-                None => Kind::Lost,
+                Some(0) => StartOutcome::Best,
+                Some(_) => StartOutcome::Other,
+                None => StartOutcome::Lost,
             };
             Some((end["deviance_above"].as_f64()?, kind))
         })
         .collect();
     fits.sort_by(|(a, _), (b, _)| a.total_cmp(b));
     let series = [
-        (Kind::Best, "the best minimum", SeriesMeaning::Variant(0)),
-        (Kind::Other, "another minimum", SeriesMeaning::Variant(1)),
-        (Kind::Lost, "not converged", SeriesMeaning::Variant(2)),
+        (StartOutcome::Best, "the best minimum", SeriesMeaning::Variant(0)),
+        (StartOutcome::Other, "another minimum", SeriesMeaning::Variant(1)),
+        (StartOutcome::Lost, "not converged", SeriesMeaning::Variant(2)),
     ]
     .into_iter()
     .filter_map(|(kind, words, meaning)| {
@@ -58,7 +58,7 @@ fn waterfall(ends: &[Value]) -> Figure {
 
 /// The outcome of a fit.
 #[derive(Clone, Copy, PartialEq, Eq)]
-enum Kind {
+enum StartOutcome {
     Best,
     Other,
     Lost,

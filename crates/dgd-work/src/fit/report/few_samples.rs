@@ -13,7 +13,7 @@ use crate::output::quantity::{short, with_unit};
 
 /// An output with too few samples.
 #[derive(Debug)]
-struct Few {
+struct TooFewSamples {
     output: String,
     samples: usize,
     /// The noise used instead, with its unit.
@@ -23,7 +23,7 @@ struct Few {
 /// Outputs with too few samples, and the number of estimates.
 #[derive(Debug, Default)]
 pub(crate) struct FewSamples {
-    all: Vec<Few>,
+    all: Vec<TooFewSamples>,
     samples: usize,
     estimates: usize,
 }
@@ -53,7 +53,7 @@ impl FewSamples {
             if let Some(sigma) = output.noise {
                 *noise = Some(NoiseSource::Known(sigma));
             }
-            outputs_with_few.push(Few {
+            outputs_with_few.push(TooFewSamples {
                 output: output.name.to_string(),
                 samples: counts[i],
                 declared: output
@@ -85,7 +85,7 @@ impl FewSamples {
 
     /// For programs.
     pub(crate) fn to_json(&self) -> Value {
-        let entry = |few: &Few| {
+        let entry = |few: &TooFewSamples| {
             let declared = few.declared.as_ref().map(|(sigma, _)| sigma);
             let unit = few.declared.as_ref().map(|(_, unit)| unit);
             let value = json!({
@@ -100,7 +100,7 @@ impl FewSamples {
 
     /// A line for each output.
     pub(crate) fn push_text(&self, text: &mut String) {
-        for Few { output, samples, declared } in &self.all {
+        for TooFewSamples { output, samples, declared } in &self.all {
             // Writing to a string cannot fail.
             let _ = write!(
                 text,

@@ -14,7 +14,7 @@ use rand_pcg::rand_core::Rng;
 use serde_json::{Map, Value, json};
 
 use crate::error::WorkError;
-use crate::fit::report::left_out::LeftOut;
+use crate::fit::report::left_out::IncompleteFit;
 use crate::fit::report::outcome::{digits_of, unit_of};
 use crate::output::quantity::short;
 use crate::output::table::{push_table, significant};
@@ -27,7 +27,7 @@ const PROBABILITY: f64 = 0.95;
 const BETTER: f64 = 0.1;
 
 /// Estimates for which intervals can be computed.
-pub(crate) trait Estimated {
+pub(crate) trait IntervalEstimates {
     /// Signature of the model.
     fn signature(&self) -> &Signature;
 
@@ -135,7 +135,11 @@ impl Intervals {
     }
 
     /// Adds requested intervals that are not complete.
-    pub(crate) fn push_left_out(&self, left_out: &mut LeftOut, name: impl Fn(usize) -> String) {
+    pub(crate) fn push_left_out(
+        &self,
+        left_out: &mut IncompleteFit,
+        name: impl Fn(usize) -> String,
+    ) {
         if let Some(Bootstrap { replicates, failures, left_out: missing @ 1.., .. }) =
             &self.bootstrap
         {
@@ -155,7 +159,11 @@ impl Intervals {
     }
 
     /// `profiles` and `bootstrap` of `result.json`.
-    pub(crate) fn write_json(&self, outcome: &dyn Estimated, result: &mut Map<String, Value>) {
+    pub(crate) fn write_json(
+        &self,
+        outcome: &dyn IntervalEstimates,
+        result: &mut Map<String, Value>,
+    ) {
         let profiles: Map<String, Value> = self
             .profiles
             .iter()
@@ -193,7 +201,7 @@ impl Intervals {
     }
 
     /// A table of the intervals, and the reasons for open ends.
-    pub(crate) fn push_text(&self, text: &mut String, outcome: &dyn Estimated) {
+    pub(crate) fn push_text(&self, text: &mut String, outcome: &dyn IntervalEstimates) {
         let shown: Vec<usize> = match &self.bootstrap {
             Some(_) => (0..outcome.estimates().len()).collect(),
             None => self.profiles.iter().map(|profile| profile.estimate).collect(),
@@ -249,7 +257,7 @@ impl Intervals {
         width.or(estimates[i].std).or_else(|| self.bootstrap.as_ref()?.std(i))
     }
 
-    fn push_remarks(&self, text: &mut String, outcome: &dyn Estimated) {
+    fn push_remarks(&self, text: &mut String, outcome: &dyn IntervalEstimates) {
         // Writing to a string cannot fail.
         for profile in &self.profiles {
             let sides = [
@@ -305,7 +313,7 @@ impl Intervals {
     }
 
     /// A figure for each profile, with the name of its estimate.
-    pub(crate) fn figures(&self, outcome: &dyn Estimated) -> Vec<(String, Figure)> {
+    pub(crate) fn figures(&self, outcome: &dyn IntervalEstimates) -> Vec<(String, Figure)> {
         let figure_of = |profile: &Profile| {
             let name = outcome.name(profile.estimate);
             let figure = figure(profile, &name, outcome);
@@ -316,7 +324,7 @@ impl Intervals {
 }
 
 /// Estimates that change along with an open end.
-fn with_others(terms: &[CombinationTerm], outcome: &dyn Estimated) -> String {
+fn with_others(terms: &[CombinationTerm], outcome: &dyn IntervalEstimates) -> String {
     if terms.is_empty() {
         return "no output is far enough off there".to_owned();
     }
@@ -326,7 +334,7 @@ fn with_others(terms: &[CombinationTerm], outcome: &dyn Estimated) -> String {
     format!("{} {verb} up for it", names.join(" and "))
 }
 
-fn profile_entry(profile: &Profile, outcome: &dyn Estimated) -> Value {
+fn profile_entry(profile: &Profile, outcome: &dyn IntervalEstimates) -> Value {
     let unit: &Unit = outcome.unit(profile.estimate);
     let end = |end: ProfileEnd| {
         let kind = match end {
@@ -355,7 +363,7 @@ fn profile_entry(profile: &Profile, outcome: &dyn Estimated) -> Value {
 }
 
 /// Deviance over the estimate, with the threshold.
-fn figure(profile: &Profile, name: &str, outcome: &dyn Estimated) -> Figure {
+fn figure(profile: &Profile, name: &str, outcome: &dyn IntervalEstimates) -> Figure {
     let unit = outcome.unit(profile.estimate);
     let x: Vec<f64> = profile.values.iter().map(|value| unit.from_si(*value)).collect();
     let ends = [x.first().copied().unwrap_or(0.0), x.last().copied().unwrap_or(0.0)];

@@ -12,14 +12,14 @@ use dgd_runtime::{Direction, Output, PerSampleChoice, Signature, Unit};
 use serde_json::{Map, Value, json};
 
 use crate::fit::multi_start::Minima;
-use crate::fit::report::excess::Excess;
+use crate::fit::report::excess::ResidualExcess;
 use crate::fit::report::few_samples::FewSamples;
-use crate::fit::report::information::Origins;
-use crate::fit::report::intervals::{Estimated, Intervals};
-use crate::fit::report::left_out::LeftOut;
-use crate::fit::report::left_over::LeftOver;
-use crate::fit::report::linearised::Linearised;
-use crate::fit::report::quality::Quality;
+use crate::fit::report::information::InformationSources;
+use crate::fit::report::intervals::{IntervalEstimates, Intervals};
+use crate::fit::report::left_out::IncompleteFit;
+use crate::fit::report::left_over::ModelErrorSpread;
+use crate::fit::report::linearised::LinearisedReport;
+use crate::fit::report::quality::FitQuality;
 use crate::fit::report::runaway;
 use crate::output::quantity::short;
 use crate::output::table::{push_table, significant};
@@ -28,7 +28,7 @@ use crate::output::table::{push_table, significant};
 pub(crate) const CORRELATED: f64 = 0.95;
 
 /// A fit and its quality.
-pub(crate) struct Outcome<'a> {
+pub(crate) struct OutputErrorReport<'a> {
     pub signature: &'a Signature,
     pub variants: &'a [Variant],
     pub fit: &'a Fit,
@@ -36,32 +36,32 @@ pub(crate) struct Outcome<'a> {
     /// Names of the recordings.
     pub recording_names: Vec<String>,
     pub train: OutputErrorEvaluation,
-    pub valid: Option<Tested>,
+    pub valid: Option<ValidationResult>,
     /// The training recordings.
     pub recordings: &'a [Recording],
-    pub information: Option<Origins>,
+    pub information: Option<InformationSources>,
     pub intervals: Intervals,
     /// Reasons to doubt that the recordings can answer.
     pub reservations: Vec<String>,
     /// The outcomes of several starting points.
     pub minima: Option<Minima>,
     /// The parts left out because of Ctrl-C.
-    pub left_out: &'a LeftOut,
+    pub left_out: &'a IncompleteFit,
     /// Outputs whose noise could not be estimated.
     pub few: &'a FewSamples,
     /// Model error in the residuals of the training recordings, and the bias it may have caused.
-    pub left_over: LeftOver,
-    pub quality: Quality,
+    pub left_over: ModelErrorSpread,
+    pub quality: FitQuality,
     /// Size of residuals relative to the declared noise, by output.
-    pub excess: Vec<Option<Excess>>,
+    pub excess: Vec<Option<ResidualExcess>>,
     /// On validation recordings.
-    pub quality_valid: Option<Quality>,
+    pub quality_valid: Option<FitQuality>,
     /// The operating points of the linear models, if those were fitted.
-    pub linearised: Option<Linearised>,
+    pub linearised: Option<LinearisedReport>,
 }
 
 /// Validation recordings.
-pub(crate) struct Tested {
+pub(crate) struct ValidationResult {
     pub paths: Vec<PathBuf>,
     /// Recordings, with the time from which their samples count.
     pub recordings: Vec<Recording>,
@@ -69,7 +69,7 @@ pub(crate) struct Tested {
     pub evaluation: OutputErrorEvaluation,
 }
 
-impl Tested {
+impl ValidationResult {
     /// The time from which readings of each recording count, s; null if all count.
     pub(crate) fn counts_from(&self) -> Value {
         let from = self.recordings.iter().map(|recording| recording.counts_from);
@@ -98,7 +98,7 @@ pub(crate) fn ended(termination: Termination) -> &'static str {
     }
 }
 
-impl Outcome<'_> {
+impl OutputErrorReport<'_> {
     /// `result.json`.
     pub(crate) fn to_json(&self) -> Value {
         let fit = self.fit;
@@ -123,7 +123,7 @@ impl Outcome<'_> {
                     "unit": output.unit.symbol,
                     "fitted": fit.noise[i].is_some(),
                     "noise": errors.noise,
-                    "over_declared_noise": self.excess[i].map(Excess::to_json),
+                    "over_declared_noise": self.excess[i].map(ResidualExcess::to_json),
                     "light_samples": fit.light_samples[i],
                     "rms_train": errors.train,
                     "rms_valid": errors.valid,
@@ -156,7 +156,7 @@ impl Outcome<'_> {
             "outputs": outputs,
             "starts": starts,
             "starts_valid": self.starts_valid(),
-            "counts_from": self.valid.as_ref().map(Tested::counts_from),
+            "counts_from": self.valid.as_ref().map(ValidationResult::counts_from),
             "names": parameters().map(|i| &fit.estimates[i].name).collect::<Vec<_>>(),
             "covariance": self.matrix(|i, j| {
                 let factor = |i: usize| self.unit(i).factor;
@@ -442,7 +442,7 @@ pub(crate) fn bound_name(bound: BoundReached) -> &'static str {
     }
 }
 
-impl Estimated for Outcome<'_> {
+impl IntervalEstimates for OutputErrorReport<'_> {
     fn signature(&self) -> &Signature {
         self.signature
     }

@@ -13,13 +13,13 @@ use dgd_runtime::Signature;
 use serde_json::{Map, Value, json};
 
 use crate::fit::report::few_samples::FewSamples;
-use crate::fit::report::intervals::{Estimated, Intervals};
-use crate::fit::report::left_out::LeftOut;
+use crate::fit::report::intervals::{IntervalEstimates, Intervals};
+use crate::fit::report::left_out::IncompleteFit;
 use crate::fit::report::outcome::{
-    CORRELATED, Tested, digits_of, entry, fixed_entries, push_combinations, push_correlated,
-    rms_of, variant_entries,
+    CORRELATED, ValidationResult, digits_of, entry, fixed_entries, push_combinations,
+    push_correlated, rms_of, variant_entries,
 };
-use crate::output::figure::{Line, Subject, beside, differences as differences_panel};
+use crate::output::figure::{PanelLine, PanelSubject, beside, differences as differences_panel};
 use crate::output::quantity::short;
 use crate::output::table::{push_table, significant};
 use crate::request::Estimator;
@@ -34,16 +34,16 @@ pub(crate) struct RegressionOutcome<'a> {
     /// Estimates over time, of the recursive estimator.
     pub followed: Option<&'a ParameterPath>,
     /// The simulated recordings, or the reason why they cannot be simulated.
-    pub train: Option<Result<Tested, String>>,
-    pub valid: Option<Result<Tested, String>>,
+    pub train: Option<Result<ValidationResult, String>>,
+    pub valid: Option<Result<ValidationResult, String>>,
     pub intervals: Intervals,
     /// The parts left out because of Ctrl-C.
-    pub left_out: &'a LeftOut,
+    pub left_out: &'a IncompleteFit,
     /// Outputs whose noise could not be estimated.
     pub few: &'a FewSamples,
 }
 
-impl Estimated for RegressionOutcome<'_> {
+impl IntervalEstimates for RegressionOutcome<'_> {
     fn signature(&self) -> &Signature {
         self.signature
     }
@@ -203,7 +203,7 @@ impl RegressionOutcome<'_> {
         })
     }
 
-    fn rms(&self, of: Option<&Result<Tested, String>>, output: usize) -> Option<f64> {
+    fn rms(&self, of: Option<&Result<ValidationResult, String>>, output: usize) -> Option<f64> {
         let Some(Ok(tested)) = of else { return None };
         rms_of(&tested.evaluation, output, &self.signature.outputs[output].unit)
     }
@@ -222,7 +222,7 @@ impl RegressionOutcome<'_> {
             };
             let in_unit =
                 |values: &[f64]| values.iter().map(|value| (value - offset) / factor).collect();
-            let line = |name: &str, values: &[f64], meaning| Line {
+            let line = |name: &str, values: &[f64], meaning| PanelLine {
                 name: MathText::plain(name),
                 times: trace.times.clone(),
                 values: in_unit(values),
@@ -249,7 +249,7 @@ impl RegressionOutcome<'_> {
                 difference.collect(),
                 &std,
             ));
-            subjects.push(Subject {
+            subjects.push(PanelSubject {
                 title: title(""),
                 unit,
                 lines: vec![

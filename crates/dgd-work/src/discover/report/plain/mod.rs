@@ -8,7 +8,7 @@ use dgd_discover::{PlainCause, PlainCauses, PlainKind, RecordingsValue, StuckSin
 use serde_json::{Value, json};
 
 use super::result_json::tidy;
-use crate::output::quantity::{Quantity, short, with_unit};
+use crate::output::quantity::{UncertainValue, short, with_unit};
 
 /// For programs.
 pub(super) fn value(plain: &PlainCauses) -> Value {
@@ -201,7 +201,7 @@ fn stays(cause: &PlainCause) -> String {
 
 fn fitted(cause: &PlainCause) -> String {
     let Some(value) = &cause.value else { return String::new() };
-    with_unit(Quantity::of(value), &value.unit.symbol)
+    with_unit(UncertainValue::of(value), &value.unit.symbol)
 }
 
 fn declared(cause: &PlainCause) -> String {
