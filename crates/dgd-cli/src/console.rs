@@ -70,7 +70,7 @@ impl<'a> Console<'a> {
 
     /// The format of a table written to `--out`.
     pub(crate) fn table_format(self, path: &Path) -> Result<TableFormat, CommandError> {
-        TableFormat::of(path, self.global.format)
+        TableFormat::from_path(path, self.global.format)
     }
 
     /// Writes the result to `--out`, atomically, or to standard output.
@@ -143,7 +143,7 @@ impl<'a> Console<'a> {
             CommandError::Diagnosed { diagnostics, sources } if self.is_json() => {
                 let entries: Vec<Value> = diagnostics
                     .iter()
-                    .map(|diagnostic| json!(Mistake::of(diagnostic, sources)))
+                    .map(|diagnostic| json!(Mistake::from_diagnostic(diagnostic, sources)))
                     .collect();
                 self.print_or_complain(&json!({ "diagnostics": entries }));
             }

@@ -50,7 +50,7 @@ impl CommandError {
     }
 
     /// Converts the outcome of a task.
-    pub(crate) fn of(ended: TaskEnd) -> Result<(), CommandError> {
+    pub(crate) fn check(ended: TaskEnd) -> Result<(), CommandError> {
         match ended {
             TaskEnd::Done => Ok(()),
             TaskEnd::Found(message) => Err(CommandError::Shown(message)),

@@ -50,7 +50,10 @@ impl TableFormat {
     /// # Errors
     ///
     /// The name is that of another kind of file, or of one that this build does not write.
-    pub(crate) fn of(path: &Path, format: OutputFormat) -> Result<TableFormat, CommandError> {
+    pub(crate) fn from_path(
+        path: &Path,
+        format: OutputFormat,
+    ) -> Result<TableFormat, CommandError> {
         match TableFormat::named(path) {
             Some(TableFormat::Parquet) if !HAS_PARQUET => {
                 return Err(CommandError::Usage(format!(
@@ -116,7 +119,7 @@ mod tests {
 
     #[test]
     fn a_file_is_what_its_name_says() {
-        let format_of = |name: &str, format| TableFormat::of(Path::new(name), format).ok();
+        let format_of = |name: &str, format| TableFormat::from_path(Path::new(name), format).ok();
         for (name, text, json) in [
             ("a.csv", Some(TableFormat::Csv), Some(TableFormat::Csv)),
             ("a.CSV.gz", Some(TableFormat::Csv), Some(TableFormat::Csv)),

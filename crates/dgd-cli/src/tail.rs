@@ -114,7 +114,7 @@ pub(crate) fn finish(shown: CommandOutput<'_>, console: Console<'_>) -> Result<(
     if let Some(words) = closing {
         console.remark(&words);
     }
-    CommandError::of(ended)
+    CommandError::check(ended)
 }
 
 /// Writes the content of `-o`; returns whether that is a document, which contains everything for programs.

@@ -86,7 +86,7 @@ impl OutputTargets {
         targets.spare_all(&read)?;
         match &out {
             Some((path, OutKind::Table)) => {
-                TableFormat::of(path, global.format)?;
+                TableFormat::from_path(path, global.format)?;
             }
             // An existing folder may have any name.
             Some((path, OutKind::Folder(_)))

@@ -51,7 +51,7 @@ impl BuildIdentity {
     /// # Errors
     ///
     /// Its file cannot be read.
-    pub fn of(program: &Path) -> io::Result<BuildIdentity> {
+    pub fn read(program: &Path) -> io::Result<BuildIdentity> {
         Ok(BuildIdentity {
             version: env!("CARGO_PKG_VERSION").to_owned(),
             build: shown(digest_in_lanes(&fs::read(program)?)),
@@ -162,7 +162,7 @@ mod tests {
         for (name, text) in [("a", "one"), ("copy", "one"), ("b", "two")] {
             fs::write(path(name), text).expect("the folder is writable");
         }
-        let identity = |name: &str| BuildIdentity::of(&path(name)).expect("it is there");
+        let identity = |name: &str| BuildIdentity::read(&path(name)).expect("it is there");
         assert_eq!(identity("a").difference(&identity("copy")), None);
         let words = |other: BuildIdentity| identity("a").difference(&other).unwrap_or_default();
         assert!(words(identity("b")).contains("another build"), "{}", words(identity("b")));

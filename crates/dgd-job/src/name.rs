@@ -35,7 +35,7 @@ impl PieceKeys {
     }
 
     /// The name of a piece, 32 hexadecimal digits.
-    pub fn of(&self, piece: &Piece) -> String {
+    pub fn key(&self, piece: &Piece) -> String {
         let model = self.model(piece);
         let files = || piece.data.iter().chain(&piece.valid);
         let data: Vec<Result<Sha256Digest, String>> = files().map(|file| self.data(file)).collect();
@@ -150,7 +150,7 @@ mod tests {
             options: options.iter().map(|word| (*word).to_owned()).collect(),
             seed: 0,
         };
-        let named = |piece: &Piece| PieceKeys::new(place.path(), &identity()).of(piece);
+        let named = |piece: &Piece| PieceKeys::new(place.path(), &identity()).key(piece);
         let fit = piece(PieceKind::Fit, &["--apply", "leak"]);
         let search = piece(PieceKind::Discover, &["--effects=more"]);
         let plain = piece(PieceKind::Fit, &[]);
@@ -166,7 +166,7 @@ mod tests {
             .arg(copy.path())
             .status();
         if copied.is_ok_and(|status| status.success()) {
-            assert_eq!(PieceKeys::new(copy.path(), &identity()).of(&fit), before[0]);
+            assert_eq!(PieceKeys::new(copy.path(), &identity()).key(&fit), before[0]);
         }
         // The names that change with each text.
         for (file, text, changes) in [
@@ -198,7 +198,7 @@ mod tests {
         let mut names: Vec<String> = others.iter().map(named).collect();
         names.push(before[2].clone());
         let other = BuildIdentity { build: "c".to_owned(), ..identity() };
-        names.push(PieceKeys::new(place.path(), &other).of(&plain));
+        names.push(PieceKeys::new(place.path(), &other).key(&plain));
         names.sort();
         names.dedup();
         assert_eq!(names.len(), others.len() + 2, "each has its own");

@@ -69,7 +69,7 @@ pub fn status(
         identity: identity.clone(),
     };
     for (index, piece) in job.pieces().enumerate() {
-        let name = names.of(&piece);
+        let name = names.key(&piece);
         match there.get(&name) {
             Some(PieceState::Done) => status.done += 1,
             Some(PieceState::Failed) => status.failures.push(failure(index, name, &piece, store)?),

@@ -354,7 +354,9 @@ impl Reporter for RemarkListener {
     fn remark(&self, remark: Remark<'_>) {
         let words = match remark {
             Remark::Words(words) => words.to_owned(),
-            Remark::Diagnostic(diagnostic, sources) => Mistake::of(diagnostic, sources).message,
+            Remark::Diagnostic(diagnostic, sources) => {
+                Mistake::from_diagnostic(diagnostic, sources).message
+            }
             // A kind of remark that is not known here.
             _ => return,
         };

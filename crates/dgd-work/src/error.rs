@@ -100,7 +100,7 @@ pub struct TextSpot {
 
 impl Mistake {
     /// A diagnostic for programs.
-    pub fn of(diagnostic: &Diagnostic, sources: &SourceMap) -> Self {
+    pub fn from_diagnostic(diagnostic: &Diagnostic, sources: &SourceMap) -> Self {
         let entry = render::entry(diagnostic, sources);
         let spot = |place: render::EditorLocation| TextSpot {
             file: place.file,
@@ -138,9 +138,10 @@ impl WorkError {
     /// The mistakes that have a place.
     pub fn mistakes(&self) -> Vec<Mistake> {
         match self {
-            WorkError::Diagnosed { diagnostics, sources } => {
-                diagnostics.iter().map(|diagnostic| Mistake::of(diagnostic, sources)).collect()
-            }
+            WorkError::Diagnosed { diagnostics, sources } => diagnostics
+                .iter()
+                .map(|diagnostic| Mistake::from_diagnostic(diagnostic, sources))
+                .collect(),
             _ => Vec::new(),
         }
     }

@@ -28,5 +28,5 @@ pub(crate) fn run(args: &CompareArgs, console: Console<'_>) -> Result<(), Comman
         compared.leave();
         return Err(error);
     }
-    CommandError::of(compared.ended())
+    CommandError::check(compared.ended())
 }

@@ -38,7 +38,7 @@ pub(crate) fn run(args: &FitArgs, console: Console<'_>) -> Result<(), CommandErr
         fitted.leave();
         return Err(error);
     }
-    CommandError::of(fitted.ended(console.out()))
+    CommandError::check(fitted.ended(console.out()))
 }
 
 /// The file of a figure; profiles are saved beside the first: `fit.svg` → `fit.profile-c0.svg`.

@@ -29,7 +29,7 @@ pub(super) struct BulkDistribution {
 impl BulkDistribution {
     /// From scaled parameters with these variances; `None` if the bulk has no extent and no uncertainty in some
     /// direction.
-    pub(super) fn of(x: &[&DVector<f64>], known: &DVector<f64>) -> Option<BulkDistribution> {
+    pub(super) fn estimate(x: &[&DVector<f64>], known: &DVector<f64>) -> Option<BulkDistribution> {
         let p = x[0].len();
         let raw = orthogonalised(x, known)?;
         let distances: Vec<f64> = x

@@ -16,7 +16,7 @@ pub(super) struct AssetLack {
 }
 
 /// From a well's occasions, in order of time.
-pub(super) fn of(occasions: &[PeriodResults]) -> Vec<AssetLack> {
+pub(super) fn collect(occasions: &[PeriodResults]) -> Vec<AssetLack> {
     let searched: Vec<_> =
         occasions.iter().filter_map(|found| Some((found, found.search.as_ref()?))).collect();
     let Some((_, last)) = searched.last() else { return Vec::new() };
@@ -59,13 +59,15 @@ mod tests {
             occasion("4", Some(&["b", "a"])),
             occasion("5", Some(&["a", "c", "b"])),
         ];
-        let rows: Vec<(String, String, bool)> =
-            of(&occasions).into_iter().map(|lack| (lack.name, lack.since, lack.is_new)).collect();
+        let rows: Vec<(String, String, bool)> = collect(&occasions)
+            .into_iter()
+            .map(|lack| (lack.name, lack.since, lack.is_new))
+            .collect();
         let row = |name: &str, since: &str, is_new| (name.to_owned(), since.to_owned(), is_new);
         assert_eq!(rows, [row("a", "1", false), row("c", "5", true), row("b", "2", false)]);
-        assert_eq!(of(&occasions[..3]).len(), 2, "an occasion without a search says nothing");
-        assert!(of(&occasions[2..3]).is_empty());
+        assert_eq!(collect(&occasions[..3]).len(), 2, "an occasion without a search says nothing");
+        assert!(collect(&occasions[2..3]).is_empty());
         // A term found by the only search may have been missing before.
-        assert!(!of(&occasions[..1])[0].is_new);
+        assert!(!collect(&occasions[..1])[0].is_new);
     }
 }

@@ -100,7 +100,7 @@ pub fn collect(job: &Job, store: &FleetStore, identity: &BuildIdentity) -> Resul
             let end = job.first(w, o) + job.todo.iter().map(|one| one.kinds.len()).sum::<usize>();
             let mut results = Vec::new();
             for piece in (job.first(w, o)..end).filter_map(|index| job.piece(index)) {
-                let name = names.of(&piece);
+                let name = names.key(&piece);
                 let state = there.get(&name).copied();
                 counts.done += usize::from(state == Some(PieceState::Done));
                 counts.failed += usize::from(state == Some(PieceState::Failed));
@@ -118,7 +118,7 @@ pub fn collect(job: &Job, store: &FleetStore, identity: &BuildIdentity) -> Resul
             }
             occasions.push(findings);
         }
-        let lacks = lacks::of(&occasions);
+        let lacks = lacks::collect(&occasions);
         wells.push(AssetResults { name: well.name.clone(), occasions, lacks, changes: Vec::new() });
     }
     changes::find(&mut wells);

@@ -121,7 +121,7 @@ pub(super) fn compare(wells: &[AssetResults], parameters: &[(String, String)]) -
         return compared;
     }
     let x: Vec<&DVector<f64>> = rows.iter().map(|(_, x, _)| x).collect();
-    let Some(bulk) = BulkDistribution::of(&x, &DVector::from_vec(known_to)) else {
+    let Some(bulk) = BulkDistribution::estimate(&x, &DVector::from_vec(known_to)) else {
         compared.without = Some("parameters of most wells depend on each other exactly".to_owned());
         return compared;
     };

@@ -145,7 +145,7 @@ impl FleetStore {
     ///
     /// The existing results are of another build or platform, or the system refused.
     pub fn open(into: &Path, identity: &BuildIdentity) -> Result<FleetStore, JobError> {
-        let store = FleetStore::at(into)?;
+        let store = FleetStore::open_in(into)?;
         if !store.place.has(FLEET)? {
             let text = json_text(&json!({ "fleet": 1, "identity": identity }));
             store.place.put_first(FLEET, &text)?;
@@ -166,7 +166,7 @@ impl FleetStore {
     /// # Errors
     ///
     /// The store does not exist.
-    pub fn at(into: &Path) -> Result<FleetStore, JobError> {
+    pub fn open_in(into: &Path) -> Result<FleetStore, JobError> {
         Ok(FleetStore { place: place(into)? })
     }
 
@@ -356,8 +356,9 @@ mod tests {
         FleetStore::open(folder.path(), &identity("one")).expect("it is the same");
         let refused = FleetStore::open(folder.path(), &identity("two")).expect_err("it is another");
         assert!(refused.0.contains("another build") && refused.0.contains("--into"), "{refused}");
-        let there =
-            FleetStore::at(folder.path()).and_then(|store| store.identity()).expect("it is read");
+        let there = FleetStore::open_in(folder.path())
+            .and_then(|store| store.identity())
+            .expect("it is read");
         assert_eq!(there, Some(identity("one")), "which anybody may look at");
     }
 }

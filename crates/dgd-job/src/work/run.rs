@@ -160,7 +160,7 @@ impl PieceQueue<'_> {
         let RunPlan { job, store, names, .. } = *self.plan;
         let piece =
             job.piece(index).ok_or_else(|| JobError(format!("there is no piece {index}")))?;
-        let name = names.of(&piece);
+        let name = names.key(&piece);
         match store.state(&name)? {
             Some(PieceState::Failed) if self.plan.retries => {}
             Some(state) => return Ok(PieceEnd::Had(state)),

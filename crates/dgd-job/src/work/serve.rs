@@ -32,7 +32,7 @@ pub fn serve(
     for line in lines() {
         let answer = match serde_json::from_str(&line) {
             Err(error) => WorkerAnswer::Refused(format!("this is not a question: {error}")),
-            Ok(WorkerQuestion::Identity) => match BuildIdentity::of(&program.file) {
+            Ok(WorkerQuestion::Identity) => match BuildIdentity::read(&program.file) {
                 Ok(identity) => WorkerAnswer::Identity(identity),
                 Err(error) => WorkerAnswer::Refused(format!("{}: {error}", program.file.display())),
             },
@@ -71,7 +71,7 @@ fn done(
 fn put(task: &PieceTask, outcome: &PieceOutcome) -> WorkerAnswer {
     let text = document(&task.name, &task.piece, outcome);
     let state = outcome.state();
-    match FleetStore::at(&task.into).and_then(|store| store.put(&task.name, state, &text)) {
+    match FleetStore::open_in(&task.into).and_then(|store| store.put(&task.name, state, &text)) {
         Ok(()) if matches!(outcome, PieceOutcome::Done { .. }) => {
             WorkerAnswer::Done(task.name.clone())
         }

@@ -231,7 +231,7 @@ pub struct EventDescription {
 
 impl ModelDescription {
     /// Describes a sound model; `path` is the name of its file.
-    pub(crate) fn of(path: &str, model: &Model, dae: &Dae, provenance: Provenance) -> Self {
+    pub(crate) fn describe(path: &str, model: &Model, dae: &Dae, provenance: Provenance) -> Self {
         let blocks = model.automata.iter().filter(|a| a.origin == AutomatonOrigin::Modes);
         let whens = model.automata.iter().filter(|a| a.origin != AutomatonOrigin::Modes);
         ModelDescription {

@@ -155,6 +155,6 @@ fn check_model(
     }
     let path = path.display().to_string();
     let provenance = Provenance::new(session, Some(digest), Vec::new());
-    let description = ModelDescription::of(&path, &compiled.model, &compiled.dae, provenance);
+    let description = ModelDescription::describe(&path, &compiled.model, &compiled.dae, provenance);
     Ok(CheckedModel::Model(Box::new(description)))
 }

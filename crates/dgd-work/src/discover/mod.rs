@@ -97,7 +97,7 @@ pub fn discover(
     files.extend(more);
     let provenance = Provenance::new(session, Some(of_model), files);
     session.spare(&compilation.sources)?;
-    let (held_out, left_out) = HeldOut::of(request, &train, valid);
+    let (held_out, left_out) = HeldOut::collect(request, &train, valid);
     let mut reservations = reserved(request, &compiled, &train, session.threads)?;
     reservations.extend(left_out);
 
@@ -332,7 +332,7 @@ struct HeldOut {
 
 impl HeldOut {
     /// The recordings that are not training recordings as well, with a sentence for each that is.
-    fn of(
+    fn collect(
         request: &DiscoverRequest,
         train: &[Recording],
         valid: Vec<Recording>,

@@ -74,7 +74,7 @@ pub(super) fn offered(request: &DiscoverRequest, files: &dyn FileSystem) -> Offe
         !known.contains(column.name.as_str()) && is_signal(&of_all, request.data.len())
     };
     let mut inputs: Vec<OfferedInput> =
-        common.iter().filter(is_offered).map(|column| OfferedInput::of(column)).collect();
+        common.iter().filter(is_offered).map(|column| OfferedInput::from_column(column)).collect();
     let compiles = |inputs: &[OfferedInput]| {
         let mut trial = Compilation::new(files);
         let Ok(options) = trial.options(&request.choices) else { return false };
@@ -116,7 +116,7 @@ fn is_signal(of_all: &[&DataColumn], training: usize) -> bool {
 }
 
 impl OfferedInput {
-    fn of(column: &DataColumn) -> Self {
+    fn from_column(column: &DataColumn) -> Self {
         let unit = column.unit.as_ref().map_or("1", |unit| &unit.symbol);
         let kind = if column.is_held() { "hold" } else { "linear" };
         Self { name: column.name.clone(), line: format!("input {} [{unit}] {kind}", column.name) }

@@ -92,7 +92,7 @@ pub(crate) struct Minima {
 
 impl Minima {
     /// `None` with a single point.
-    pub(crate) fn of(searched: MultiStartFits) -> Option<Self> {
+    pub(crate) fn from_fits(searched: MultiStartFits) -> Option<Self> {
         let minima = searched.all.minima();
         (searched.all.ends.len() > 1).then_some(Self { searched, minima })
     }

@@ -58,12 +58,13 @@ pub(super) fn run(
             (problem, fits)
         }
     };
-    let (mut fit, minima) = (fits.all.fit.clone(), Minima::of(fits));
+    let (mut fit, minima) = (fits.all.fit.clone(), Minima::from_fits(fits));
     let is_converged = fit.termination.is_converged();
     // The result of the best values so far is computed even after a cancelled search.
     let result = problem.unwatched().as_fitted(&fit);
     let train = task.evaluated(&result, &fit, &request.data)?;
-    let mut left_out = IncompleteFit::of(fit.termination, || task.unconverged(&fit, &request.data));
+    let mut left_out =
+        IncompleteFit::from_termination(fit.termination, || task.unconverged(&fit, &request.data));
     if let Some(minima) = &minima {
         minima.push_left_out(&mut left_out);
     }
@@ -97,7 +98,7 @@ pub(super) fn run(
         fit.forget_uncertainty();
     }
     let standard = NoiseStandard { noise: &problem.noise, fit: &fit };
-    let quality = FitQuality::of(signature, &task.train, &train, standard);
+    let quality = FitQuality::evaluate(signature, &task.train, &train, standard);
     let excess = ResidualExcess::all(signature, &task.train, &train, standard);
     let ended = is_converged && !task.few.hide_stds() && !task.session.listener.is_stopped();
     let left_over = ModelErrorSpread::find(&result, &fit, &quality, ended)
@@ -119,7 +120,7 @@ pub(super) fn run(
         quality,
         excess,
         quality_valid: valid.as_ref().map(|tested| {
-            FitQuality::of(signature, &tested.recordings, &tested.evaluation, standard)
+            FitQuality::evaluate(signature, &tested.recordings, &tested.evaluation, standard)
         }),
         train,
         valid,
@@ -138,7 +139,7 @@ pub(super) fn run(
             Some((&task.train, &outcome.train)),
             outcome.valid.as_ref().map(|tested| (&*tested.recordings, &tested.evaluation)),
         ],
-        |recording, i, k, w| standard.of(recording, i, k, w),
+        |recording, i, k, w| standard.standardise(recording, i, k, w),
     );
     let json = outcome.to_json();
     let bad = why_bad(&json).filter(|_| is_converged);

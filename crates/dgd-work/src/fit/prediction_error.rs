@@ -66,7 +66,7 @@ pub(super) fn run(task: &FitSetup<'_>, request: &FitRequest) -> Result<Estimator
         ..of_simulation
     };
     let is_converged = fit.termination.is_converged();
-    let mut left_out = IncompleteFit::of(fit.termination, reason);
+    let mut left_out = IncompleteFit::from_termination(fit.termination, reason);
     let profiled = request.intervals.profiled(&fit.estimates);
     let profiles = if profiled.is_empty() || !is_converged {
         Vec::new()

@@ -202,7 +202,7 @@ impl<'s> FitSetup<'s> {
     /// Simulates all recordings with linear models from now on.
     pub(super) fn linearise(&mut self, place: LinearizeAt) {
         for recording in self.train.iter_mut().chain(&mut self.valid) {
-            recording.linear = place.of(&recording.inputs, &recording.times);
+            recording.linear = place.locate(&recording.inputs, &recording.times);
         }
     }
 

@@ -26,7 +26,7 @@ pub(super) fn poles(title: &str, poles: &[Pole], conserved: usize) -> Figure {
     let (inside, faster): (Vec<Pole>, Vec<Pole>) =
         shown.into_iter().partition(|pole| pole.frequency() <= limit);
 
-    let frame = PlaneFrame::of(&inside);
+    let frame = PlaneFrame::around(&inside);
     let mut series = Vec::new();
     let mut left = conserved;
     for (k, pole) in inside.iter().enumerate().take(MOST_NAMED) {
@@ -64,7 +64,7 @@ struct PlaneFrame {
 }
 
 impl PlaneFrame {
-    fn of(poles: &[Pole]) -> Self {
+    fn around(poles: &[Pole]) -> Self {
         let highest = poles.iter().map(|pole| pole.im).fold(0.0, f64::max);
         let least = poles.iter().map(|pole| pole.re).fold(0.0, f64::min);
         let most = poles.iter().map(|pole| pole.re).fold(0.0, f64::max);

@@ -51,7 +51,7 @@ impl UncertainValue {
     }
 
     /// A parameter in its declared unit.
-    pub(crate) fn of(parameter: &ParameterValue) -> UncertainValue {
+    pub(crate) fn from_parameter(parameter: &ParameterValue) -> UncertainValue {
         let unit = &parameter.unit;
         let value = unit.from_si(parameter.value);
         let shown = |std: Option<f64>| {

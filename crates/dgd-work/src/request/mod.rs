@@ -135,7 +135,7 @@ impl LinearizeAt {
     }
 
     /// The point in a run over these times.
-    pub fn of(self, inputs: &Inputs, times: &[f64]) -> Option<LinearAt> {
+    pub fn locate(self, inputs: &Inputs, times: &[f64]) -> Option<LinearAt> {
         let (first, last) = (*times.first()?, *times.last()?);
         Some(match self {
             LinearizeAt::Time(t) => LinearAt::Reached(t),

@@ -68,7 +68,7 @@ impl RunRecording {
         diagnostics: &mut Diagnostics,
         session: TaskContext<'_>,
     ) -> Option<RunRecording> {
-        let known = KnownColumns::of(dae);
+        let known = KnownColumns::from_dae(dae);
         let wanted = known.wanted();
         let table = ReadOptions::default()
             .renamed(renames)
@@ -225,7 +225,7 @@ pub(crate) struct KnownColumns<'a> {
 }
 
 impl<'a> KnownColumns<'a> {
-    pub(crate) fn of(dae: &'a Dae) -> Self {
+    pub(crate) fn from_dae(dae: &'a Dae) -> Self {
         let arrays = dae.output_arrays.iter();
         let elements: Vec<(String, &dgd_compiler::model::DeclarationHeader)> =
             arrays.flat_map(|array| array.names().map(|name| (name, &array.declared))).collect();

@@ -235,7 +235,7 @@ impl ScreenModel<'_> {
             std_error: error.std_error / declared.factor,
             ..error
         };
-        let amount = Amount::of(&scaled, &unit);
+        let amount = Amount::from_estimate(&scaled, &unit);
         let than = if error.value > 0.0 { "more" } else { "less" };
         let names: Vec<String> =
             off.iter().map(|(i, ..)| signature.outputs[*i].name.to_string()).collect();
@@ -295,7 +295,7 @@ impl ScreenModel<'_> {
         let shown = |k: usize| {
             let std_error = means[k].std_error.hypot(predicted.doubt) / declared.unit.factor;
             let value = errors[k] / declared.unit.factor;
-            Amount::of(&Estimate { value, std_error, dof: means[k].dof }, &unit).signed()
+            Amount::from_estimate(&Estimate { value, std_error, dof: means[k].dof }, &unit).signed()
         };
         let name = |k: usize| format!("`{}`", one.table.columns[pair[k]].name);
         let from = stretches([[steady.stretch.from, steady.stretch.until]]);

@@ -175,7 +175,7 @@ fn balance(
     // A drift may hide in temporary changes; a cause that explains most of those reveals it.
     let p_value = good.first().map_or(1.0, |best| best.size.p_value()).min(hourly.p_value());
     if drifts || good.first().is_some_and(|e| !is_late(e)) {
-        let amount = Amount::of(&hourly, &format!("{}/h", unit.symbol));
+        let amount = Amount::from_estimate(&hourly, &format!("{}/h", unit.symbol));
         let causes: Vec<String> =
             good.iter().filter_map(|e| subject.cause(e, &unit.symbol, unit.factor)).collect();
         let hint = match causes.as_slice() {
@@ -191,7 +191,7 @@ fn balance(
         return vec![subject.notice("balance", text, amount, p_value)];
     }
     let Some(late) = good.first().filter(|e| is_late(e)) else { return Vec::new() };
-    let amount = Amount::of(&late.size, "s");
+    let amount = Amount::from_estimate(&late.size, "s");
     // Two delayed columns are equivalent to an early third one.
     let causes: Vec<String> = good
         .iter()
@@ -248,16 +248,16 @@ impl BalanceSubject {
                     ..*size
                 };
                 (gain > 0.0).then(|| {
-                    let factor = Amount::of(&read, "").signed();
+                    let factor = Amount::from_estimate(&read, "").signed();
                     format!("`{}` read {factor} times what flows", self.names[share])
                 })
             }
             ImbalanceCause::Lag(share) => {
-                let late = Amount::of(size, "s").signed();
+                let late = Amount::from_estimate(size, "s").signed();
                 Some(format!("`{}` were {late} late", self.names[share]))
             }
             ImbalanceCause::UnknownLag => {
-                let late = Amount::of(size, "s").signed();
+                let late = Amount::from_estimate(size, "s").signed();
                 Some(format!("{} were {late} late", listed(&self.sensors)))
             }
             ImbalanceCause::Flow => {
@@ -266,7 +266,7 @@ impl BalanceSubject {
                     std_error: size.std_error * 3600.0 / factor,
                     ..*size
                 };
-                let amount = Amount::of(&hourly, &format!("{unit}/h")).signed();
+                let amount = Amount::from_estimate(&hourly, &format!("{unit}/h")).signed();
                 Some(format!("a steady flow of {amount} were in no column"))
             }
         }

@@ -42,7 +42,7 @@ pub struct Amount {
 }
 
 impl Amount {
-    pub(super) fn of(estimate: &Estimate, unit: &str) -> Amount {
+    pub(super) fn from_estimate(estimate: &Estimate, unit: &str) -> Amount {
         let half_width = Some(estimate.half_width());
         Amount { value: estimate.value, half_width, unit: unit.to_owned() }
     }
@@ -256,7 +256,7 @@ fn said(
             None,
         ),
         ChannelFault::Offset { offset, kinship } => {
-            let amount = Amount::of(offset, apart);
+            let amount = Amount::from_estimate(offset, apart);
             let than = if offset.value > 0.0 { "more" } else { "less" };
             let (why, advice) = match kinship {
                 Kinship::Moving => ("", "give a MODEL to see which is off; else average them"),
@@ -269,7 +269,7 @@ fn said(
             say("offset", text, advice, Some(amount))
         }
         ChannelFault::Odd(offset) => {
-            let amount = Amount::of(offset, apart);
+            let amount = Amount::from_estimate(offset, apart);
             let than = if offset.value > 0.0 { "more" } else { "less" };
             say(
                 "odd_one",
@@ -297,7 +297,7 @@ fn said(
                 std_error: 3600.0 * rate.std_error,
                 ..*rate
             };
-            let amount = Amount::of(&hourly, &format!("{apart}/h"));
+            let amount = Amount::from_estimate(&hourly, &format!("{apart}/h"));
             say(
                 "drift",
                 format!("`{other}` drifts by {} from `{one}`", amount.signed()),
@@ -318,7 +318,7 @@ fn said(
         ChannelFault::Lag(late) => {
             let (late_one, early, value) =
                 if late.value > 0.0 { (other, one, late.value) } else { (one, other, -late.value) };
-            let amount = Amount::of(&Estimate { value, ..*late }, "s");
+            let amount = Amount::from_estimate(&Estimate { value, ..*late }, "s");
             say(
                 "late",
                 format!("`{late_one}` is {} late behind `{early}`", amount.size()),

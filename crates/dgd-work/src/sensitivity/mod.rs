@@ -145,7 +145,7 @@ pub fn sensitivity(
         model: run.signature().name.to_string(),
         trajectories: of.iter().map(trajectory).collect(),
         method: run.options.method.name,
-        solution: SolutionFacts::of(&solution),
+        solution: SolutionFacts::from_solution(&solution),
         undefined: undefined.collect(),
         one_sided: one_sided.collect(),
         verification,

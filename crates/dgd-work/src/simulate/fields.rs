@@ -39,7 +39,7 @@ pub(super) struct WantedArrays {
 
 impl WantedArrays {
     /// All arrays that are large enough and not shown by an output.
-    pub(super) fn of(signature: &Signature) -> WantedArrays {
+    pub(super) fn collect(signature: &Signature) -> WantedArrays {
         let arrays = &signature.unknowns.arrays;
         let in_arrays: usize = arrays.iter().map(|array| array.count).sum();
         let mut first = signature.unknowns.len() - in_arrays;

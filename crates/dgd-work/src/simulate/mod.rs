@@ -77,7 +77,7 @@ pub struct SolutionFacts {
 }
 
 impl SolutionFacts {
-    pub(crate) fn of(solution: &Solution) -> Self {
+    pub(crate) fn from_solution(solution: &Solution) -> Self {
         SolutionFacts {
             rows: solution.len(),
             steps: solution.statistics.steps,
@@ -113,9 +113,9 @@ pub fn simulate(
     let loaded =
         load(&request.run.model, &request.run.choices, &SensitivityDirections::None, session)?;
     let mut run = ModelRun::prepare(&request.run, loaded, session)?;
-    let mut sweep = Sweep::of(request, run.signature())?;
+    let mut sweep = Sweep::from_request(request, run.signature())?;
     let wanted = if request.fields && sweep.is_none() {
-        fields::WantedArrays::of(run.signature())
+        fields::WantedArrays::collect(run.signature())
     } else {
         fields::WantedArrays::default()
     };
@@ -146,7 +146,7 @@ pub fn simulate(
     Ok(SimulationResult {
         sweep,
         fields,
-        ..SimulationResult::of(&run, table, &solution, stopped.as_ref())
+        ..SimulationResult::from_run(&run, table, &solution, stopped.as_ref())
     })
 }
 
@@ -164,7 +164,7 @@ pub fn simulate_each(
 
 impl SimulationResult {
     /// The result of a run.
-    fn of(
+    fn from_run(
         run: &ModelRun,
         table: TimeTable,
         solution: &Solution,
@@ -175,7 +175,7 @@ impl SimulationResult {
             model: run.signature().name.to_string(),
             table,
             method: run.options.method.name,
-            solution: SolutionFacts::of(solution),
+            solution: SolutionFacts::from_solution(solution),
             stopped,
             is_interrupted,
             fields: Vec::new(),
@@ -234,7 +234,7 @@ impl SimulationResult {
             let pairs = pairs.filter_map(|(time, sample)| Some((*sample, simulated(time)?)));
             let in_unit = |si: f64| output.unit.from_si(si);
             let pairs = pairs.map(|(y, w)| (in_unit(y), in_unit(w)));
-            Some((output, Agreement::of(pairs)?))
+            Some((output, Agreement::measure(pairs)?))
         };
         self.of_kind(ColumnKind::Output).zip(&self.measured.outputs).filter_map(one).collect()
     }

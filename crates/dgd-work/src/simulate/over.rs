@@ -32,7 +32,7 @@ pub struct Sweep {
 
 impl Sweep {
     /// The requested sweep, if any; checked before anything is computed.
-    pub(super) fn of(
+    pub(super) fn from_request(
         request: &SimulateRequest,
         signature: &Signature,
     ) -> Result<Option<Sweep>, WorkError> {
@@ -168,7 +168,7 @@ pub(super) fn figure(sweep: &Sweep, simulated: &SimulationResult) -> Option<Figu
             panels.add_measured(output, &x, &measured_x, values);
             continue;
         }
-        let series = &mut panels.of(output).series;
+        let series = &mut panels.panel_for(output).series;
         let array = base(&output.name);
         if array != output.name {
             // All curves share one series and are identified by their labels.
@@ -203,7 +203,7 @@ pub(super) fn figure(sweep: &Sweep, simulated: &SimulationResult) -> Option<Figu
             unit = Some(y);
         }
         if let Some(column) = unit {
-            panels.of(column).series.push(marks);
+            panels.panel_for(column).series.push(marks);
         }
     }
     Some(Figure::new(MathText::name(name).with_unit(&abscissa.unit.symbol), panels.finished()))
@@ -258,7 +258,7 @@ struct SweepPanels {
 
 impl SweepPanels {
     /// The panel for a column's unit.
-    fn of(&mut self, column: &NamedColumn) -> &mut Panel {
+    fn panel_for(&mut self, column: &NamedColumn) -> &mut Panel {
         let label = MathText::default().with_unit(&column.unit.symbol);
         let panels = &mut self.by_unit;
         let position =

@@ -45,7 +45,7 @@ type OutputAgreement<'a> = Vec<(&'a str, &'a str, Agreement)>;
 fn agreements<'a>(compared: &[ComparedOutput<'a>]) -> OutputAgreement<'a> {
     let one = |ComparedOutput { output, measured, simulated }: &ComparedOutput<'a>| {
         let pairs = measured.iter().copied().zip(simulated.iter().copied());
-        Some((&*output.name, &*output.unit.symbol, Agreement::of(pairs)?))
+        Some((&*output.name, &*output.unit.symbol, Agreement::measure(pairs)?))
     };
     compared.iter().filter_map(one).collect()
 }

@@ -35,7 +35,7 @@ pub fn prepare(request: &RunRequest, session: TaskContext<'_>) -> Result<Prepare
     let provenance = Provenance::new(session, Some(loaded.digest.clone()), Vec::new());
     let path = request.model.display().to_string();
     let compiled = &loaded.compiled;
-    let description = ModelDescription::of(&path, &compiled.model, &compiled.dae, provenance);
+    let description = ModelDescription::describe(&path, &compiled.model, &compiled.dae, provenance);
     let mut files: Vec<PathBuf> =
         loaded.sources.iter().map(|source| PathBuf::from(&source.name)).collect();
     files.extend(request.data.clone());
@@ -56,7 +56,7 @@ impl PreparedRun {
         let run = &self.run;
         let PartialRun { solution, observations, stopped } = run.simulate()?;
         let table = table(run, &solution, &observations);
-        Ok(SimulationResult::of(run, table, &solution, stopped.as_ref()))
+        Ok(SimulationResult::from_run(run, table, &solution, stopped.as_ref()))
     }
 
     fn set(&mut self, values: &[(&str, f64)]) -> Result<(), WorkError> {

@@ -67,7 +67,7 @@ impl<'a> TrackRows<'a> {
         session: TaskContext<'a>,
     ) -> Option<TrackRows<'a>> {
         let TrackRequest { data: path, solve, strict, .. } = request;
-        let (files, known) = (session.files, KnownColumns::of(dae));
+        let (files, known) = (session.files, KnownColumns::from_dae(dae));
         let select =
             |table: &data::DataTable, sources: &SourceMap, diagnostics: &mut Diagnostics| {
                 RunRecording::select(

@@ -81,7 +81,7 @@ impl OptionValues {
         let parameters = parameters
             .map(|parameter| (parameter.declared.name.clone(), parameter.declared.unit.clone()));
         let tracked: Vec<(String, Unit)> = states.chain(parameters).collect();
-        let known = crate::run::recording::KnownColumns::of(dae);
+        let known = crate::run::recording::KnownColumns::from_dae(dae);
         let outputs: Vec<(String, Unit)> = known
             .outputs()
             .iter()

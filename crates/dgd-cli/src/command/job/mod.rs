@@ -61,7 +61,7 @@ fn this() -> Result<(ProgramFile, BuildIdentity), CommandError> {
         CommandError::Found(format!("the program cannot read its own file: {error}"))
     };
     let program = program().map_err(unreadable)?;
-    let identity = BuildIdentity::of(&program.file).map_err(unreadable)?;
+    let identity = BuildIdentity::read(&program.file).map_err(unreadable)?;
     Ok((program, identity))
 }
 
@@ -133,7 +133,7 @@ fn how_to_go_on(_is_kept: bool) -> &'static str {
 /// The job with its store and the build that wrote the results, which may differ from this one.
 fn known(args: &JobPlaceArgs) -> Result<(Job, FleetStore, BuildIdentity), CommandError> {
     let job = loaded(&args.job)?;
-    let store = FleetStore::at(&args.into)?;
+    let store = FleetStore::open_in(&args.into)?;
     let identity = match store.identity()? {
         Some(identity) => identity,
         None => this()?.1,
@@ -186,7 +186,7 @@ fn list(args: &JobPlaceArgs, console: Console<'_>) -> Result<(), CommandError> {
         json!({ "identity": identity, "pieces": job.len(), "threads": threads, "memory": job.memory })
     ))?;
     for (index, piece) in job.pieces().enumerate() {
-        let name = names.of(&piece);
+        let name = names.key(&piece);
         let state = there.get(&name).copied();
         let what = piece.kind.to_string();
         let path = store.path(&name, state.unwrap_or(PieceState::Done));

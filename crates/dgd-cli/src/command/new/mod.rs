@@ -43,7 +43,7 @@ pub(crate) fn run(args: &NewArgs, console: Console<'_>) -> Result<(), CommandErr
             let stem = folder.file_name().map(|name| name.to_string_lossy().into_owned());
             let model = names::identifier(&stem.unwrap_or_default(), "model");
             let bytes = bytes_of(path)?;
-            let skeleton = skeleton::of(&model, path, &bytes, &args.outputs)?;
+            let skeleton = skeleton::build(&model, path, &bytes, &args.outputs)?;
             (skeleton.files, skeleton.remarks)
         }
         (None, None) => unreachable!("clap asks for one of them"),

@@ -47,7 +47,7 @@ struct SkeletonColumn<'a> {
 /// # Errors
 ///
 /// The recording cannot be read, has no time, or lacks the requested outputs.
-pub(super) fn of(
+pub(super) fn build(
     model: &str,
     path: &Path,
     bytes: &[u8],

@@ -123,7 +123,7 @@ pub(super) fn of_well<'a>(
     axis: &'a TimeAxis,
 ) -> impl Iterator<Item = (f64, &'a FleetEstimate)> {
     let one = move |found: &'a super::super::reading::PeriodResults| {
-        Some((axis.at(&found.when), found.estimate(name)?))
+        Some((axis.position(&found.when), found.estimate(name)?))
     };
     well.occasions.iter().filter_map(one)
 }

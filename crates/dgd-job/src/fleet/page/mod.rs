@@ -32,7 +32,7 @@ pub(super) fn name(page: usize) -> String {
 /// All pages.
 pub(super) fn all(fleet: &Fleet, command: &str) -> Vec<(String, Vec<u8>)> {
     let origin = origin(fleet, command);
-    let axis = time::TimeAxis::of(fleet);
+    let axis = time::TimeAxis::from_fleet(fleet);
     let mut pages = vec![(FILES[0].to_owned(), index(fleet, &axis, &origin).into_bytes())];
     for page in 1..=count(fleet) {
         let wells = (page - 1) * EACH..(page * EACH).min(fleet.wells.len());

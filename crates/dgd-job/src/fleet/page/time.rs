@@ -14,7 +14,7 @@ pub(super) enum TimeAxis {
 
 impl TimeAxis {
     /// The axis for all occasions of a fleet.
-    pub(super) fn of(fleet: &Fleet) -> TimeAxis {
+    pub(super) fn from_fleet(fleet: &Fleet) -> TimeAxis {
         let dates = || fleet.wells.iter().flat_map(|well| &well.occasions).map(|found| &found.when);
         if dates().all(|when| number(when).is_some()) {
             return TimeAxis::Numbers;
@@ -28,7 +28,7 @@ impl TimeAxis {
     }
 
     /// The position of an occasion.
-    pub(super) fn at(&self, when: &str) -> f64 {
+    pub(super) fn position(&self, when: &str) -> f64 {
         match self {
             TimeAxis::Numbers => number(when).unwrap_or(f64::NAN),
             TimeAxis::Order(places) => places.get(when).map_or(f64::NAN, |place| *place as f64),

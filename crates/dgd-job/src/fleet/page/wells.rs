@@ -88,8 +88,9 @@ fn summary(fleet: &Fleet, wells: Range<usize>) -> Markup {
 
 /// A panel for each parameter, with a slot on the axis for each well.
 fn figure(fleet: &Fleet, wells: Range<usize>, axis: &TimeAxis) -> Figure {
-    let times =
-        || fleet.wells.iter().flat_map(|well| &well.occasions).map(|found| axis.at(&found.when));
+    let times = || {
+        fleet.wells.iter().flat_map(|well| &well.occasions).map(|found| axis.position(&found.when))
+    };
     let first = times().fold(f64::INFINITY, f64::min);
     let span = times().fold(f64::NEG_INFINITY, f64::max) - first;
     let position = |w: usize, t: f64| {

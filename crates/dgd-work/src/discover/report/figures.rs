@@ -25,7 +25,7 @@ pub(super) enum CorrectionState {
 
 impl CorrectionState {
     /// Whether a discovery has corrected the model.
-    pub(super) fn of(discovery: &Discovery) -> CorrectionState {
+    pub(super) fn from_discovery(discovery: &Discovery) -> CorrectionState {
         if discovery.is_corrected() { CorrectionState::Made } else { CorrectionState::None }
     }
 }

@@ -95,7 +95,7 @@ pub(crate) fn gap_figure(discovery: &Discovery) -> Figure {
     let Some(trace) = traces.iter().find(|trace| trace.held_out).or(traces.first()) else {
         return figures::below_each_other(&[]);
     };
-    let mut panels = figures::error_panels(trace, CorrectionState::of(discovery));
+    let mut panels = figures::error_panels(trace, CorrectionState::from_discovery(discovery));
     // Shaded windows need a caption, and a figure on its own has none.
     for panel in &mut panels {
         panel.bands.clear();

@@ -222,7 +222,9 @@ fn parameters<'a>(
 ) -> Vec<CorrectedParameter<'a>> {
     let shown = |list: &[ParameterValue], name: &str| {
         let parameter = list.iter().find(|parameter| parameter.name == name);
-        parameter.map_or_else(String::new, |parameter| UncertainValue::of(parameter).to_string())
+        parameter.map_or_else(String::new, |parameter| {
+            UncertainValue::from_parameter(parameter).to_string()
+        })
     };
     let gone = before.iter().filter(|old| after.iter().all(|new| new.name != old.name));
     after
@@ -263,7 +265,7 @@ fn recordings(subject: &DiscoverySubject<'_>) -> Vec<[String; 2]> {
 
 /// The figures in order of interest, unexplained terms first. Figures of one recording zoom together.
 fn sections(discovery: &Discovery, page: &mut Page) -> Vec<FigureSection> {
-    let correction = CorrectionState::of(discovery);
+    let correction = CorrectionState::from_discovery(discovery);
     let held_out = discovery.traces.iter().find(|trace| trace.held_out);
     let training = discovery.traces.iter().find(|trace| !trace.held_out);
     let first = training.map_or("time", |trace| trace.name.as_str());

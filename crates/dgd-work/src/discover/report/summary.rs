@@ -185,7 +185,7 @@ pub(super) fn described_rows(described: &ResemblingEffect) -> Vec<[String; 2]> {
 }
 
 fn parameter_row(p: &ParameterValue) -> [String; 2] {
-    [p.name.clone(), with_unit(UncertainValue::of(p), &p.unit.symbol)]
+    [p.name.clone(), with_unit(UncertainValue::from_parameter(p), &p.unit.symbol)]
 }
 
 fn effect_rows(effect: &FoundEffect) -> Vec<[String; 2]> {

@@ -86,7 +86,7 @@ pub fn compare(
     let ContenderFits { fitted, failed } = fitting::all(request, &named, &outputs, session)?;
     let (places, fits): (Vec<usize>, Vec<FitResult>) = fitted.into_iter().unzip();
     let named: Vec<NamedModel> = places.iter().map(|place| named[*place].clone()).collect();
-    let common = CommonSamples::of(&fits)?;
+    let common = CommonSamples::collect(&fits)?;
     let score = |(k, fitted): (usize, &FitResult)| common.score(k, &fitted.estimates);
     let scores: Vec<ContenderScore> = fits.iter().enumerate().map(score).collect();
     // The first fitted contender may not be the first in the request.

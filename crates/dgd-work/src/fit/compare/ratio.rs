@@ -41,14 +41,14 @@ pub(super) fn all(
             let is_nested =
                 one.is_within(other) || (is_first_within && null == 0 && alternative > 0);
             if is_nested {
-                ratios.extend(of(null, alternative, scores));
+                ratios.extend(compare(null, alternative, scores));
             }
         }
     }
     ratios
 }
 
-fn of(null: usize, alternative: usize, scores: &[ContenderScore]) -> Option<LikelihoodRatio> {
+fn compare(null: usize, alternative: usize, scores: &[ContenderScore]) -> Option<LikelihoodRatio> {
     let (small, large) = (&scores[null], &scores[alternative]);
     let free_and_bound = |score: &ContenderScore| score.estimates + score.at_bounds;
     let degrees_of_freedom =
@@ -72,9 +72,9 @@ mod tests {
         };
         // χ²₂ beyond 5.991: probability 0.05.
         let scores = [score(105.991_464_5, 3), score(100.0, 5), score(90.0, 3)];
-        let ratio = of(0, 1, &scores).expect("a ratio");
+        let ratio = compare(0, 1, &scores).expect("a ratio");
         assert!((ratio.p_value - 0.05).abs() < 1e-6 && ratio.degrees_of_freedom == 2, "{ratio:?}");
-        assert_eq!(of(0, 2, &scores), None);
-        assert_eq!(of(1, 0, &scores), None);
+        assert_eq!(compare(0, 2, &scores), None);
+        assert_eq!(compare(1, 0, &scores), None);
     }
 }

@@ -76,7 +76,7 @@ impl ContenderScore {
 
 impl CommonSamples {
     /// The samples common to fits of the same recordings.
-    pub(super) fn of(fits: &[FitResult]) -> Result<CommonSamples, WorkError> {
+    pub(super) fn collect(fits: &[FitResult]) -> Result<CommonSamples, WorkError> {
         let first = &fits[0];
         verify_recordings(fits)?;
         let is_measured = |i: usize| {
@@ -136,7 +136,7 @@ impl CommonSamples {
     ) -> Option<Agreement> {
         let ContenderSamples { measured, residuals, .. } =
             &self.samples[usize::from(is_valid)][contender][output];
-        Agreement::of(measured.iter().zip(residuals).map(|(y, e)| (*y, y - e)))
+        Agreement::measure(measured.iter().zip(residuals).map(|(y, e)| (*y, y - e)))
     }
 }
 

@@ -26,7 +26,7 @@ pub(super) struct OutputTests {
 }
 
 impl Diagnosis {
-    pub(super) fn of(signature: &Signature, traces: &[PageTrace]) -> Self {
+    pub(super) fn test(signature: &Signature, traces: &[PageTrace]) -> Self {
         let tests_of = |i: usize| {
             let runs = || traces.iter().filter(|trace| !trace.is_valid);
             let runs: Vec<(&PageTrace, &[f64])> =

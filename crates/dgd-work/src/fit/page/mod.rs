@@ -27,7 +27,7 @@ use traces::PageTrace;
 /// The page's text.
 pub(super) fn write(fitted: &FitResult) -> String {
     let (json, signature) = (&fitted.json, &fitted.signature);
-    let diagnosis = Diagnosis::of(signature, &fitted.traces);
+    let diagnosis = Diagnosis::test(signature, &fitted.traces);
     let mut page = Page::new(&format!("{}: fit", signature.name));
     let kind = Markup::text("Fit of the model ").then(&Markup::code(&signature.name));
     let headline = headline::headline(json, signature, &diagnosis);
@@ -114,7 +114,7 @@ pub(super) fn agreement(traces: &[PageTrace], output: usize, is_valid: bool) -> 
         };
         pairs.extend(measured.iter().zip(residuals).map(|(y, e)| (*y, y - e)));
     }
-    Agreement::of(pairs.into_iter())
+    Agreement::measure(pairs.into_iter())
 }
 
 /// One recording: its inputs, each output measured and simulated, and the residuals.

@@ -47,7 +47,7 @@ impl ResidualExcess {
             let mut sizes = Vec::new();
             for (recording, observations) in recordings.iter().zip(&evaluation.observations) {
                 for (k, t) in recording.times.iter().enumerate() {
-                    let standardised = standard.of(recording, i, k, observations.w(k));
+                    let standardised = standard.standardise(recording, i, k, observations.w(k));
                     let z =
                         standardised.map_or(f64::NAN, |standardised| standardised.residual * over);
                     if z.is_finite() && *t >= recording.counts_from {
@@ -57,12 +57,12 @@ impl ResidualExcess {
             }
             let fit = standard.fit;
             let share = if changes { 1.0 } else { share(fit.degrees_of_freedom, fit.samples) };
-            ResidualExcess::of(sizes, share, fit.loss)
+            ResidualExcess::measure(sizes, share, fit.loss)
         };
         (0..signature.outputs.len()).map(excess_of).collect()
     }
 
-    fn of(mut sizes: Vec<f64>, share: f64, loss: Loss) -> Option<ResidualExcess> {
+    fn measure(mut sizes: Vec<f64>, share: f64, loss: Loss) -> Option<ResidualExcess> {
         let freedom = sizes.len() as f64 * share;
         if freedom <= 0.0 {
             return None;
@@ -100,19 +100,19 @@ mod tests {
         for (k, size) in sizes.iter_mut().enumerate() {
             *size = if k % 2 == 0 { 3.0 } else { 1.0 };
         }
-        let excess = ResidualExcess::of(sizes.clone(), 0.5, Loss::Squares).expect("samples");
+        let excess = ResidualExcess::measure(sizes.clone(), 0.5, Loss::Squares).expect("samples");
         // 20 · (9 + 1) over 20.
         assert!(
             (excess.times - 10_f64.sqrt()).abs() < 1e-12 && excess.p_value < 1e-6,
             "{excess:?}"
         );
-        let excess = ResidualExcess::of(vec![0.67449; 41], 1.0, Loss::Huber).expect("samples");
+        let excess = ResidualExcess::measure(vec![0.67449; 41], 1.0, Loss::Huber).expect("samples");
         assert!((excess.times - 1.0).abs() < 1e-5, "{excess:?}");
         // 20 of 41 are outliers.
         let mut spoilt = vec![0.67449; 21];
         spoilt.extend([100.0; 20]);
-        let excess = ResidualExcess::of(spoilt, 1.0, Loss::Tukey).expect("samples");
+        let excess = ResidualExcess::measure(spoilt, 1.0, Loss::Tukey).expect("samples");
         assert!((excess.times - 1.0).abs() < 1e-5 && excess.p_value < 1e-4, "{excess:?}");
-        assert_eq!(ResidualExcess::of(sizes, 0.0, Loss::Squares), None);
+        assert_eq!(ResidualExcess::measure(sizes, 0.0, Loss::Squares), None);
     }
 }

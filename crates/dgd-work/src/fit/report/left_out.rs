@@ -25,7 +25,10 @@ struct Unconverged {
 
 impl IncompleteFit {
     /// For a search with this termination; `reason` explains why it did not converge, unless it was cancelled.
-    pub(crate) fn of(termination: Termination, reason: impl FnOnce() -> String) -> Self {
+    pub(crate) fn from_termination(
+        termination: Termination,
+        reason: impl FnOnce() -> String,
+    ) -> Self {
         if termination == Termination::Stopped {
             return Self::stopped();
         }

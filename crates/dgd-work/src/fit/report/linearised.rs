@@ -47,7 +47,7 @@ impl LinearisedReport {
         model: Result<NonlinearModel, String>,
     ) -> Self {
         let model = model.map(|NonlinearModel { evaluation, .. }| NonlinearReport {
-            quality: FitQuality::of(signature, recordings, &evaluation, standard),
+            quality: FitQuality::evaluate(signature, recordings, &evaluation, standard),
             differences: (0..signature.outputs.len())
                 .map(|i| difference(recordings, linear, &evaluation, i))
                 .collect(),

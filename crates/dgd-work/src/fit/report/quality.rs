@@ -47,7 +47,7 @@ struct OutputQuality {
 
 impl FitQuality {
     /// From an evaluation of these recordings, with the noise of a fit.
-    pub(crate) fn of(
+    pub(crate) fn evaluate(
         signature: &Signature,
         recordings: &[Recording],
         evaluation: &OutputErrorEvaluation,
@@ -197,7 +197,7 @@ fn output_quality(
                 let in_unit = (y - w[output]) / unit.factor;
                 squares += in_unit * in_unit;
                 sum += in_unit;
-                let standardised = standard.of(recording, output, k, w);
+                let standardised = standard.standardise(recording, output, k, w);
                 e.push(standardised.map_or(in_unit, |standardised| standardised.tested));
             } else {
                 e.push(f64::NAN);

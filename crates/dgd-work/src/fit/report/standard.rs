@@ -46,7 +46,7 @@ impl NoiseStandard<'_> {
 
     /// The residual of sample k of an output for the model outputs `w`; `None` if the output is not fitted and its
     /// noise therefore unknown.
-    pub(crate) fn of(
+    pub(crate) fn standardise(
         &self,
         recording: &Recording,
         output: usize,

@@ -103,7 +103,7 @@ pub(super) fn moved(
         Direction::Start(i) => given.solution.y(0)[i],
     };
     let changes = [1.0, 0.5, 0.25, 0.125].map(|part| CHANGE * size * part);
-    let expected = BranchStates::of(run, &run.p, given)?;
+    let expected = BranchStates::collect(run, &run.p, given)?;
     let trajectory = |change: f64| trajectory(run, times, direction, value + change, options);
 
     if value - CHANGE * size >= lowest
@@ -166,7 +166,7 @@ fn trajectory(
     })?;
     let observations = observe(&problem, &solution);
     let trajectory = VerifiedTrajectory { solution, observations };
-    let branches = BranchStates::of(run, &p, &trajectory)?;
+    let branches = BranchStates::collect(run, &p, &trajectory)?;
     Ok((trajectory, branches))
 }
 
@@ -187,7 +187,11 @@ struct BranchState {
 }
 
 impl BranchStates {
-    fn of(run: &ModelRun, p: &[f64], of: &VerifiedTrajectory) -> Result<BranchStates, WorkError> {
+    fn collect(
+        run: &ModelRun,
+        p: &[f64],
+        of: &VerifiedTrajectory,
+    ) -> Result<BranchStates, WorkError> {
         let problem = Problem { p, ..run.problem() };
         let read = problem.inputs_read();
         let read = read.map_err(|error| WorkError::Computation(error.to_string()))?;

@@ -201,7 +201,7 @@ fn stays(cause: &PlainCause) -> String {
 
 fn fitted(cause: &PlainCause) -> String {
     let Some(value) = &cause.value else { return String::new() };
-    with_unit(UncertainValue::of(value), &value.unit.symbol)
+    with_unit(UncertainValue::from_parameter(value), &value.unit.symbol)
 }
 
 fn declared(cause: &PlainCause) -> String {
