@@ -7,8 +7,8 @@ use std::time::Instant;
 use dgd_compiler::units::parse_unit;
 use dgd_data::InMemory;
 use dgd_work::{
-    Choices, DiscoverRequest, RunRequest, Session, Silent, SimulateRequest, Start, discover,
-    simulate,
+    DiscoverRequest, ModelChoices, RunRequest, SilentReporter, SimulateRequest, StartChoice,
+    TaskContext, discover, simulate,
 };
 use serde_json::{Value, json};
 
@@ -54,7 +54,7 @@ fn found(case: &Case) -> Result<(Value, BTreeMap<String, String>), String> {
     let path = |name: &str| format!("{FOLDER}/{name}");
     let mut request = DiscoverRequest::new(path("model.dgd"), vec![path("train.csv").into()]);
     request.valid = vec![path("valid.csv").into()];
-    let session = Session::new(&Silent).with_files(&files).with_threads(1);
+    let session = TaskContext::new(&SilentReporter).with_files(&files).with_threads(1);
     let discovered = discover(&request, session).map_err(|error| error.to_string())?;
     let written = discovered.files().map_err(|error| error.to_string())?.written;
     let texts = written.into_iter().filter(|(name, _)| name != "report.html");
@@ -123,12 +123,12 @@ fn simulated(
         files(case).with_file(path("change.dgd"), text).with_file(path("reading.dgd"), reading);
     let mut run = RunRequest::new(path("model.dgd"));
     run.data = Some(path("train.csv").into());
-    run.solve.start = Start::Measured;
+    run.solve.start = StartChoice::Measured;
     let mut set = settings(&answer.json["base_parameters"]);
     set.extend(settings(&change["parameters"]));
     let apply = format!("{}{}", path("change.dgd"), arguments.unwrap_or_default());
-    run.choices = Choices::new(Vec::new(), set, vec![apply, path("reading.dgd")]);
-    let session = Session::new(&Silent).with_files(&files).with_threads(1);
+    run.choices = ModelChoices::new(Vec::new(), set, vec![apply, path("reading.dgd")]);
+    let session = TaskContext::new(&SilentReporter).with_files(&files).with_threads(1);
     let simulated = simulate(&SimulateRequest::new(run), session).ok()?;
     let columns = simulated.table.columns.iter();
     let mut columns = columns.filter(|column| column.name == "value_of_the_change");

@@ -1,7 +1,7 @@
 //! Whether the bank is sound: the truth fits a case to the noise, and the base model does not.
 
 use dgd_data::InMemory;
-use dgd_work::{Choices, FitRequest, NoiseFrom, Session, Silent, fit};
+use dgd_work::{FitRequest, ModelChoices, NoiseFrom, SilentReporter, TaskContext, fit};
 use serde_json::Value;
 
 use crate::bank::{Case, Kind};
@@ -64,8 +64,8 @@ fn fitted(case: &Case, files: &InMemory, apply: &[String], set: &[String]) -> Re
     let mut request = FitRequest::new(path("model.dgd"), vec![path("train.csv").into()]);
     request.valid = vec![path("valid.csv").into()];
     request.noise = NoiseFrom::Declared;
-    request.choices = Choices::new(Vec::new(), set.to_vec(), apply.to_vec());
-    let session = Session::new(&Silent).with_files(files).with_threads(1);
+    request.choices = ModelChoices::new(Vec::new(), set.to_vec(), apply.to_vec());
+    let session = TaskContext::new(&SilentReporter).with_files(files).with_threads(1);
     let fitted = fit(&request, session).map_err(|error| error.to_string())?;
     let json = fitted.to_json();
     let noisy = case.train.columns.iter().filter_map(|column| Some((column, column.noise?)));

@@ -2,6 +2,7 @@
 
 mod dependencies;
 mod layers;
+mod names;
 mod paths;
 mod purpose;
 mod results;

@@ -4,8 +4,8 @@ use std::f64::consts::TAU;
 
 use dgd_data::InMemory;
 use dgd_work::{
-    CompareRequest, FitRequest, LineFormat, RunRequest, Session, Silent, SimulateRequest,
-    TrackRequest, compare, fit, simulate, track,
+    CompareRequest, FitRequest, LineFormat, RunRequest, SilentReporter, SimulateRequest,
+    TaskContext, TrackRequest, compare, fit, simulate, track,
 };
 use serde_json::Value;
 
@@ -35,7 +35,7 @@ fn a_fit_has_the_criteria_that_compare_has() {
             .with_file("m.dgd", model)
             .with_file("o.dgd", other)
             .with_file("d.csv", csv);
-        let session = Session::new(&Silent).with_files(&files);
+        let session = TaskContext::new(&SilentReporter).with_files(&files);
         let request = FitRequest::new("m.dgd", vec!["d.csv".into()]);
         let fitted = fit(&request, session).unwrap_or_else(|error| panic!("{error}"));
         let alone = fitted.to_json();
@@ -70,7 +70,7 @@ fn noise_by_a_formula_has_the_same_criteria_in_both() {
         .with_file("m.dgd", model)
         .with_file("o.dgd", model.replace("0.05*abs(y)", "0.1*abs(y)"))
         .with_file("d.csv", include_str!("found/white_relative_noise.csv"));
-    let session = Session::new(&Silent).with_files(&files);
+    let session = TaskContext::new(&SilentReporter).with_files(&files);
     let request = FitRequest::new("m.dgd", vec!["d.csv".into()]);
     let alone = fit(&request, session).unwrap_or_else(|error| panic!("{error}"));
     let contenders = vec!["m.dgd".to_owned(), "o.dgd".to_owned()];
@@ -87,7 +87,7 @@ fn a_state_that_its_first_reading_determines_has_learnt_from_it() {
     let csv = include_str!("found/track.csv");
     let said = |model: &str, csv: &str| {
         let files = InMemory::default().with_file("m.dgd", model).with_file("d.csv", csv);
-        let session = Session::new(&Silent).with_files(&files);
+        let session = TaskContext::new(&SilentReporter).with_files(&files);
         let mut request = TrackRequest::new("m.dgd", "d.csv");
         request.start_std = vec!["x=1".to_owned(), "v=1".to_owned()];
         let mut out = Vec::new();
@@ -113,7 +113,7 @@ fn a_state_that_its_first_reading_determines_has_learnt_from_it() {
 #[test]
 fn a_constant_output_has_the_column_of_its_noise_by_a_formula() {
     let files = InMemory::default().with_file("m.dgd", include_str!("found/cn.dgd"));
-    let session = Session::new(&Silent).with_files(&files);
+    let session = TaskContext::new(&SilentReporter).with_files(&files);
     let mut run = RunRequest::new("m.dgd");
     run.solve.until = Some(1.0);
     let found = simulate(&SimulateRequest::new(run), session).unwrap_or_else(|e| panic!("{e}"));

@@ -3,7 +3,7 @@
 use std::fmt::Write;
 
 use dgd_data::InMemory;
-use dgd_work::{FitRequest, Session, Silent, fit};
+use dgd_work::{FitRequest, SilentReporter, TaskContext, fit};
 use rand_pcg::Pcg64;
 use serde_json::Value;
 
@@ -43,7 +43,7 @@ fn readings(seed: u64, scattered: impl Fn(f64, f64, f64) -> f64) -> String {
 /// `result.json` of a fit of these texts, and what it says.
 fn fitted(model: &str, csv: &str, change: impl Fn(&mut FitRequest)) -> (Value, String) {
     let files = InMemory::default().with_file("m.dgd", model).with_file("d.csv", csv);
-    let session = Session::new(&Silent).with_files(&files);
+    let session = TaskContext::new(&SilentReporter).with_files(&files);
     let mut request = FitRequest::new("m.dgd", vec!["d.csv".into()]);
     change(&mut request);
     let found = fit(&request, session).unwrap_or_else(|error| panic!("{error}\n{model}"));

@@ -5,22 +5,22 @@ use std::io;
 use std::path::PathBuf;
 use std::sync::OnceLock;
 
-use dgd_job::{Program, shell};
+use dgd_job::{ProgramFile, shell};
 
 /// The arguments after `dgd`.
 static WORDS: OnceLock<Vec<OsString>> = OnceLock::new();
 
 /// The program, if it is more than the executable.
-static PROGRAM: OnceLock<Program> = OnceLock::new();
+static PROGRAM: OnceLock<ProgramFile> = OnceLock::new();
 
 /// Sets the program to be started again.
 pub(crate) fn set_program(start: Vec<OsString>, file: PathBuf) {
-    let _ = PROGRAM.set(Program { start, file });
+    let _ = PROGRAM.set(ProgramFile { start, file });
 }
 
 /// The program to start again.
-pub(crate) fn program() -> io::Result<Program> {
-    PROGRAM.get().map_or_else(Program::this, |program| Ok(program.clone()))
+pub(crate) fn program() -> io::Result<ProgramFile> {
+    PROGRAM.get().map_or_else(ProgramFile::this, |program| Ok(program.clone()))
 }
 
 /// Sets the arguments; a process has one command line.

@@ -8,32 +8,32 @@ use dgd_compiler::diagnostics::{Diagnostic, Fix, render, visible};
 use dgd_compiler::source::{SourceId, SourceMap, SourceText};
 use dgd_data::files::write_whole;
 use dgd_identify::{Monitor, Progress};
-use dgd_work::{Listener, Mistake, Remark, Session, WorkError, json_text};
+use dgd_work::{Mistake, Remark, Reporter, TaskContext, WorkError, json_text};
 use serde_json::{Value, json};
 
-use crate::args::{Color, Format, Global};
+use crate::args::{ColorChoice, GlobalArgs, OutputFormat};
 use crate::command_line;
 use crate::failure::CommandError;
 use crate::table_file::TableFormat;
-use crate::targets::Targets;
+use crate::targets::OutputTargets;
 
 /// Standard output and standard error, configured by the global options.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Console<'a> {
-    global: &'a Global,
+    global: &'a GlobalArgs,
     /// The files to be written, if already determined.
-    targets: Option<&'a Targets>,
+    targets: Option<&'a OutputTargets>,
     /// Whether the output is JSON lines instead of one document.
     in_lines: bool,
 }
 
 impl<'a> Console<'a> {
-    pub(crate) fn new(global: &'a Global) -> Self {
+    pub(crate) fn new(global: &'a GlobalArgs) -> Self {
         Console { global, targets: None, in_lines: false }
     }
 
     /// The console of a command that writes these files.
-    pub(crate) fn writing(self, targets: &'a Targets) -> Self {
+    pub(crate) fn writing(self, targets: &'a OutputTargets) -> Self {
         Console { targets: Some(targets), ..self }
     }
 
@@ -43,8 +43,8 @@ impl<'a> Console<'a> {
     }
 
     /// A session without progress or cancellation.
-    pub(crate) fn session(&self) -> Session<'_> {
-        Session::new(self).with_seed(self.seed()).with_threads(self.threads())
+    pub(crate) fn session(&self) -> TaskContext<'_> {
+        TaskContext::new(self).with_seed(self.seed()).with_threads(self.threads())
     }
 
     /// The console for programs that read JSON lines.
@@ -53,7 +53,7 @@ impl<'a> Console<'a> {
     }
 
     pub(crate) fn is_json(self) -> bool {
-        self.global.format == Format::Json
+        self.global.format == OutputFormat::Json
     }
 
     /// Whether the result is JSON, by option or by the name of its file.
@@ -70,7 +70,7 @@ impl<'a> Console<'a> {
 
     /// The format of a table written to `--out`.
     pub(crate) fn table_format(self, path: &Path) -> Result<TableFormat, CommandError> {
-        TableFormat::of(path, self.global.format)
+        TableFormat::from_path(path, self.global.format)
     }
 
     /// Writes the result to `--out`, atomically, or to standard output.
@@ -143,7 +143,7 @@ impl<'a> Console<'a> {
             CommandError::Diagnosed { diagnostics, sources } if self.is_json() => {
                 let entries: Vec<Value> = diagnostics
                     .iter()
-                    .map(|diagnostic| json!(Mistake::of(diagnostic, sources)))
+                    .map(|diagnostic| json!(Mistake::from_diagnostic(diagnostic, sources)))
                     .collect();
                 self.print_or_complain(&json!({ "diagnostics": entries }));
             }
@@ -189,9 +189,9 @@ impl<'a> Console<'a> {
 
     fn is_coloured(self) -> bool {
         match self.global.color {
-            Color::Always => true,
-            Color::Never => false,
-            Color::Auto => {
+            ColorChoice::Always => true,
+            ColorChoice::Never => false,
+            ColorChoice::Auto => {
                 let wanted = std::env::var_os("NO_COLOR").is_none_or(|value| value.is_empty());
                 wanted && io::stderr().is_terminal()
             }
@@ -207,7 +207,7 @@ impl Monitor for Console<'_> {
     }
 }
 
-impl Listener for Console<'_> {
+impl Reporter for Console<'_> {
     fn remark(&self, remark: Remark<'_>) {
         match remark {
             Remark::Words(words) => (*self).remark(words),

@@ -40,7 +40,7 @@ pub(crate) fn caught<T>(run: impl FnOnce() -> T) -> Result<T, Crash> {
     let before = panic::take_hook();
     panic::set_hook(Box::new(move |info| {
         if !dgd_data::catches_panics() {
-            first().get_or_insert_with(|| Crash::of(info));
+            first().get_or_insert_with(|| Crash::from_panic(info));
         }
         if speaks {
             before(info);
@@ -58,7 +58,7 @@ fn first() -> std::sync::MutexGuard<'static, Option<Crash>> {
 }
 
 impl Crash {
-    fn of(info: &PanicHookInfo<'_>) -> Self {
+    fn from_panic(info: &PanicHookInfo<'_>) -> Self {
         let place = info.location().map(ToString::to_string).unwrap_or_default();
         Crash { place, words: words(info.payload()) }
     }

@@ -4,7 +4,7 @@ use std::fmt;
 
 use dgd_compiler::diagnostics::{Diagnostic, Diagnostics};
 use dgd_compiler::source::SourceMap;
-use dgd_work::{Ended, WorkError};
+use dgd_work::{TaskEnd, WorkError};
 
 /// The reason why a command failed; each kind has its exit code.
 #[derive(Debug)]
@@ -50,12 +50,12 @@ impl CommandError {
     }
 
     /// Converts the outcome of a task.
-    pub(crate) fn of(ended: Ended) -> Result<(), CommandError> {
+    pub(crate) fn check(ended: TaskEnd) -> Result<(), CommandError> {
         match ended {
-            Ended::Done => Ok(()),
-            Ended::Found(message) => Err(CommandError::Shown(message)),
-            Ended::Interrupted(message) => Err(CommandError::Interrupted(message)),
-            Ended::Stopped(message) => Err(CommandError::Stopped(message)),
+            TaskEnd::Done => Ok(()),
+            TaskEnd::Found(message) => Err(CommandError::Shown(message)),
+            TaskEnd::Interrupted(message) => Err(CommandError::Interrupted(message)),
+            TaskEnd::Stopped(message) => Err(CommandError::Stopped(message)),
             // An unknown outcome is never taken for success.
             other => Err(CommandError::Stopped(format!("{other:?}"))),
         }

@@ -6,10 +6,10 @@ use dgd_data::files;
 
 use crate::failure::INTERRUPTED;
 
-type Act = Box<dyn FnMut() + Send>;
+type InterruptAction = Box<dyn FnMut() + Send>;
 
 /// The current action on Ctrl-C; without one, the program ends.
-static ACT: Mutex<Option<Act>> = Mutex::new(None);
+static ACT: Mutex<Option<InterruptAction>> = Mutex::new(None);
 
 /// Handles Ctrl-C from now on. If the handler cannot be installed, Ctrl-C keeps its default action.
 pub(crate) fn mind() {

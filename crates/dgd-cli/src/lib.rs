@@ -25,7 +25,7 @@ use dgd_compiler::diagnostics::visible;
 use args::{Cli, Command, JobAction, JobArgs};
 use console::Console;
 use failure::CommandError;
-use targets::Targets;
+use targets::OutputTargets;
 
 /// Runs the command line of this process.
 ///
@@ -63,7 +63,7 @@ fn run_once() -> u8 {
     }
     let console = Console::new(&cli.global);
     let result = scratch::limit(&cli.command, &cli.global)
-        .and_then(|()| Targets::verified(&cli.command, &cli.global))
+        .and_then(|()| OutputTargets::verified(&cli.command, &cli.global))
         .and_then(|targets| perform(&cli.command, console.writing(&targets)));
     match result {
         Ok(()) => 0,

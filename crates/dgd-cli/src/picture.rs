@@ -12,7 +12,7 @@ use crate::failure::CommandError;
 
 /// Image formats, by extension.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Picture {
+enum ImageFormat {
     Svg,
     Pdf,
     Png,
@@ -20,7 +20,7 @@ enum Picture {
 }
 
 /// Content of an image file.
-pub(crate) enum Drawing {
+pub(crate) enum ImageContent {
     /// A figure.
     Figure(Figure),
     /// The text of a page.
@@ -33,12 +33,12 @@ pub(crate) fn drawings<'a>(
     paths: impl IntoIterator<Item = &'a PathBuf>,
     figure: impl Fn() -> Figure,
     page: impl Fn(&str) -> Result<String, WorkError>,
-) -> Result<Vec<(PathBuf, Drawing)>, CommandError> {
+) -> Result<Vec<(PathBuf, ImageContent)>, CommandError> {
     let drawing = |path: &PathBuf| {
         let drawing = if is_page(path) {
-            Drawing::Page(page(&command_line())?)
+            ImageContent::Page(page(&command_line())?)
         } else {
-            Drawing::Figure(figure())
+            ImageContent::Figure(figure())
         };
         Ok((path.clone(), drawing))
     };
@@ -47,16 +47,16 @@ pub(crate) fn drawings<'a>(
 
 /// Whether a file is a page, by its extension.
 pub(crate) fn is_page(path: &Path) -> bool {
-    picture(path).is_ok_and(|format| format == Picture::Html)
+    picture(path).is_ok_and(|format| format == ImageFormat::Html)
 }
 
-fn picture(path: &Path) -> Result<Picture, CommandError> {
+fn picture(path: &Path) -> Result<ImageFormat, CommandError> {
     let ending = path.extension().and_then(|ending| ending.to_str()).map(str::to_ascii_lowercase);
     match ending.as_deref() {
-        Some("svg") => Ok(Picture::Svg),
-        Some("pdf") => Ok(Picture::Pdf),
-        Some("png") => Ok(Picture::Png),
-        Some("html" | "htm") => Ok(Picture::Html),
+        Some("svg") => Ok(ImageFormat::Svg),
+        Some("pdf") => Ok(ImageFormat::Pdf),
+        Some("png") => Ok(ImageFormat::Png),
+        Some("html" | "htm") => Ok(ImageFormat::Html),
         _ => Err(CommandError::Usage(format!(
             "`--plot {}`: a picture ends in .svg, .pdf or .png, a page in .html",
             path.display()
@@ -71,16 +71,16 @@ pub(crate) fn verify_formats(paths: &[PathBuf]) -> Result<(), CommandError> {
 
 /// Draws into a file.
 pub(crate) fn save(
-    drawing: &Drawing,
+    drawing: &ImageContent,
     path: &Path,
     console: Console<'_>,
 ) -> Result<(), CommandError> {
     let bytes = match drawing {
-        Drawing::Page(text) => text.clone().into_bytes(),
-        Drawing::Figure(figure) => match picture(path)? {
-            Picture::Svg => render_svg(figure).into_bytes(),
-            Picture::Pdf => render_pdf(figure),
-            Picture::Png | Picture::Html => {
+        ImageContent::Page(text) => text.clone().into_bytes(),
+        ImageContent::Figure(figure) => match picture(path)? {
+            ImageFormat::Svg => render_svg(figure).into_bytes(),
+            ImageFormat::Pdf => render_pdf(figure),
+            ImageFormat::Png | ImageFormat::Html => {
                 render_png(figure).map_err(|error| CommandError::Found(error.to_string()))?
             }
         },

@@ -7,7 +7,7 @@ use std::time::{Duration, Instant};
 use dgd_compiler::source::SourceMap;
 use dgd_identify::{Monitor, Progress, Total};
 use dgd_runtime::RunMonitor;
-use dgd_work::{Listener, Remark, Session, WorkError};
+use dgd_work::{Remark, Reporter, TaskContext, WorkError};
 
 use crate::console::Console;
 use crate::interrupt::{self, on_interrupt};
@@ -34,13 +34,13 @@ pub(crate) const NOTHING: fn(bool) -> &'static str = |_| "stopped by Ctrl-C: the
 #[derive(Debug)]
 pub(crate) struct ProgressDisplay<'a> {
     console: Console<'a>,
-    interrupt: Interrupt,
-    shared: Arc<Shared>,
+    interrupt: InterruptPolicy,
+    shared: Arc<ProgressState>,
 }
 
 /// Action of Ctrl-C once the computation has begun.
 #[derive(Debug, Clone, Copy)]
-pub(crate) enum Interrupt {
+pub(crate) enum InterruptPolicy {
     /// The first one requests a stop, with this message; the second ends the program.
     Stops(&'static str),
     /// It ends the program with a message that depends on whether there is a journal.
@@ -51,26 +51,26 @@ pub(crate) enum Interrupt {
 static RUNS: RunMonitor = RunMonitor::new();
 
 #[derive(Debug)]
-struct Shared {
+struct ProgressState {
     /// Whether results are being written, when ending would leave them incomplete.
     is_writing: Mutex<bool>,
     /// `None` if progress is not shown.
-    line: Option<Mutex<Line>>,
+    line: Option<Mutex<ProgressLine>>,
 }
 
 impl<'a> ProgressDisplay<'a> {
     /// For a computation that Ctrl-C stops or ends.
-    pub(crate) fn new(console: Console<'a>, interrupt: Interrupt) -> Self {
+    pub(crate) fn new(console: Console<'a>, interrupt: InterruptPolicy) -> Self {
         let for_a_program = console.is_json() && !io::stdout().is_terminal();
         let is_seen = io::stderr().is_terminal() && !console.is_quiet() && !for_a_program;
-        let line = is_seen.then(|| Mutex::new(Line::new(Instant::now())));
-        let shared = Arc::new(Shared { is_writing: Mutex::new(false), line });
+        let line = is_seen.then(|| Mutex::new(ProgressLine::new(Instant::now())));
+        let shared = Arc::new(ProgressState { is_writing: Mutex::new(false), line });
         Self { console, interrupt, shared }
     }
 
     /// The session with this display as listener.
-    pub(crate) fn session(&self) -> Session<'_> {
-        Session::new(self).with_seed(self.console.seed()).with_threads(self.console.threads())
+    pub(crate) fn session(&self) -> TaskContext<'_> {
+        TaskContext::new(self).with_seed(self.console.seed()).with_threads(self.console.threads())
     }
 }
 
@@ -94,9 +94,9 @@ impl Monitor for ProgressDisplay<'_> {
     }
 }
 
-impl Listener for ProgressDisplay<'_> {
+impl Reporter for ProgressDisplay<'_> {
     fn remark(&self, remark: Remark<'_>) {
-        Listener::remark(&self.console, remark);
+        Reporter::remark(&self.console, remark);
     }
 
     fn hears_remarks(&self) -> bool {
@@ -112,18 +112,18 @@ impl Listener for ProgressDisplay<'_> {
         if let Some(line) = &self.shared.line
             && let Ok(mut line) = line.lock()
         {
-            *line = Line::new(Instant::now());
+            *line = ProgressLine::new(Instant::now());
         }
         let (shared, is_quiet) = (Arc::clone(&self.shared), self.console.is_quiet());
         match self.interrupt {
-            Interrupt::Stops(words) => on_interrupt(move || {
+            InterruptPolicy::Stops(words) => on_interrupt(move || {
                 if RUNS.stop() {
                     shared.end("");
                 } else if !is_quiet {
                     shared.say(&format!("{words}; Ctrl-C once more ends at once\n"));
                 }
             }),
-            Interrupt::Ends(words) => {
+            InterruptPolicy::Ends(words) => {
                 let words = format!("{}\n", words(is_kept));
                 on_interrupt(move || shared.end(&words));
             }
@@ -145,7 +145,7 @@ impl Drop for ProgressDisplay<'_> {
     }
 }
 
-impl Shared {
+impl ProgressState {
     fn clear(&self) {
         if let Some(line) = &self.line
             && let Ok(mut line) = line.lock()
@@ -179,7 +179,7 @@ fn draw(text: &str) {
 
 /// The progress line of a terminal.
 #[derive(Debug)]
-struct Line {
+struct ProgressLine {
     /// The current count, and its start time.
     what: &'static str,
     since: Instant,
@@ -189,7 +189,7 @@ struct Line {
     width: usize,
 }
 
-impl Line {
+impl ProgressLine {
     fn new(now: Instant) -> Self {
         Self { what: "", since: now, done: 0, drawn: None, width: 0 }
     }
@@ -253,7 +253,7 @@ mod tests {
     fn a_line_says_what_how_many_and_how_long() {
         let start = Instant::now();
         let instant = |seconds: u64| start + Duration::from_secs(seconds);
-        let mut line = Line::new(start);
+        let mut line = ProgressLine::new(start);
         let mut text_after = |what, done, of, seconds| {
             line.advanced(Progress { what, done, of }, instant(seconds))
                 .map(|text| text.trim().to_owned())
@@ -284,7 +284,7 @@ mod tests {
     #[test]
     fn nothing_of_a_longer_line_stays() {
         let start = Instant::now();
-        let mut line = Line::new(start);
+        let mut line = ProgressLine::new(start);
         let progress = |done, all| Progress { what: "starts", done, of: Total::Exactly(all) };
         let long = line.advanced(progress(100_000, 100_000), start).expect("the first is drawn");
         let short = line.advanced(progress(1, 2), start + BETWEEN).expect("it is time");

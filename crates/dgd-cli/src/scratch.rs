@@ -2,12 +2,12 @@
 
 use dgd_scratch::{Limits, Trouble, begin, default_folder};
 
-use crate::args::{Command, Global};
+use crate::args::{Command, GlobalArgs};
 use crate::console;
 use crate::failure::CommandError;
 
 /// Limits the memory of this process, if the command line requests it. `job run` computes in other processes.
-pub(crate) fn limit(command: &Command, global: &Global) -> Result<(), CommandError> {
+pub(crate) fn limit(command: &Command, global: &GlobalArgs) -> Result<(), CommandError> {
     let Some(memory) = global.memory.filter(|_| !matches!(command, Command::Job(_))) else {
         return Ok(());
     };

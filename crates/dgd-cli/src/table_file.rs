@@ -8,7 +8,7 @@ use dgd_data::write::{HAS_PARQUET, save, save_parquet};
 use dgd_work::json_text;
 use serde_json::Value;
 
-use crate::args::Format;
+use crate::args::OutputFormat;
 use crate::failure::CommandError;
 
 /// The format of a table file.
@@ -50,7 +50,10 @@ impl TableFormat {
     /// # Errors
     ///
     /// The name is that of another kind of file, or of one that this build does not write.
-    pub(crate) fn of(path: &Path, format: Format) -> Result<TableFormat, CommandError> {
+    pub(crate) fn from_path(
+        path: &Path,
+        format: OutputFormat,
+    ) -> Result<TableFormat, CommandError> {
         match TableFormat::named(path) {
             Some(TableFormat::Parquet) if !HAS_PARQUET => {
                 return Err(CommandError::Usage(format!(
@@ -67,8 +70,8 @@ impl TableFormat {
                 path.display()
             ))),
             _ => Ok(match format {
-                Format::Text => TableFormat::Csv,
-                Format::Json => TableFormat::Json,
+                OutputFormat::Text => TableFormat::Csv,
+                OutputFormat::Json => TableFormat::Json,
             }),
         }
     }
@@ -116,7 +119,7 @@ mod tests {
 
     #[test]
     fn a_file_is_what_its_name_says() {
-        let format_of = |name: &str, format| TableFormat::of(Path::new(name), format).ok();
+        let format_of = |name: &str, format| TableFormat::from_path(Path::new(name), format).ok();
         for (name, text, json) in [
             ("a.csv", Some(TableFormat::Csv), Some(TableFormat::Csv)),
             ("a.CSV.gz", Some(TableFormat::Csv), Some(TableFormat::Csv)),
@@ -128,13 +131,13 @@ mod tests {
             ("a.svg", None, None),
         ] {
             assert_eq!(
-                (format_of(name, Format::Text), format_of(name, Format::Json)),
+                (format_of(name, OutputFormat::Text), format_of(name, OutputFormat::Json)),
                 (text, json),
                 "{name}"
             );
         }
         let parquet = HAS_PARQUET.then_some(TableFormat::Parquet);
-        assert_eq!(format_of("a.parquet", Format::Text), parquet);
+        assert_eq!(format_of("a.parquet", OutputFormat::Text), parquet);
     }
 
     #[test]

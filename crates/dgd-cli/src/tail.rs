@@ -4,36 +4,36 @@ use std::io::{self, Write};
 use std::path::PathBuf;
 
 use dgd_data::files::{ResultFolder, write_folder};
-use dgd_work::{Ended, json_text};
+use dgd_work::{TaskEnd, json_text};
 use serde_json::Value;
 
 use crate::console::{Console, print, print_text};
 use crate::failure::CommandError;
-use crate::picture::{self, Drawing};
+use crate::picture::{self, ImageContent};
 use crate::table_file::{TableFormat, partial_path, save_json, save_rows};
 
 /// The output of a command.
-pub(crate) struct Shown<'a> {
+pub(crate) struct CommandOutput<'a> {
     /// The result for programs, if any.
     pub json: Option<Value>,
     /// The content of `-o`.
-    pub saved: Saved<'a>,
+    pub saved: SavedContent<'a>,
     /// Images and pages, by file.
-    pub drawings: Vec<(PathBuf, Drawing)>,
+    pub drawings: Vec<(PathBuf, ImageContent)>,
     /// The text for standard output.
-    pub printed: Printed,
+    pub printed: PrintedText,
     /// A remark about the result.
     pub closing: Option<String>,
     /// The outcome of the task.
-    pub ended: Ended,
+    pub ended: TaskEnd,
 }
 
 /// The content of `-o`.
-pub(crate) enum Saved<'a> {
+pub(crate) enum SavedContent<'a> {
     /// The text that would be printed otherwise.
     Printed,
     /// A table.
-    Table(Table<'a>),
+    Table(WritableTable<'a>),
     /// Files in a folder.
     Folder {
         /// The files.
@@ -46,7 +46,7 @@ pub(crate) enum Saved<'a> {
 }
 
 /// A table that can be written.
-pub(crate) struct Table<'a> {
+pub(crate) struct WritableTable<'a> {
     /// Writes it as CSV.
     pub write: &'a dyn Fn(&mut dyn Write) -> io::Result<()>,
     /// The JSON for programs if the file contains the table.
@@ -61,7 +61,7 @@ pub(crate) struct Table<'a> {
 }
 
 /// The text for standard output.
-pub(crate) enum Printed {
+pub(crate) enum PrintedText {
     /// A text.
     Text(String),
     /// The table.
@@ -70,14 +70,14 @@ pub(crate) enum Printed {
     Nothing,
 }
 
-impl Shown<'_> {
+impl CommandOutput<'_> {
     /// For a task with this outcome; the caller adds the rest.
-    pub(crate) fn new(ended: Ended) -> Self {
-        Shown {
+    pub(crate) fn new(ended: TaskEnd) -> Self {
+        CommandOutput {
             json: None,
-            saved: Saved::Printed,
+            saved: SavedContent::Printed,
             drawings: Vec::new(),
-            printed: Printed::Nothing,
+            printed: PrintedText::Nothing,
             closing: None,
             ended,
         }
@@ -85,28 +85,28 @@ impl Shown<'_> {
 }
 
 /// Saves, plots and prints a result.
-pub(crate) fn finish(shown: Shown<'_>, console: Console<'_>) -> Result<(), CommandError> {
-    let Shown { json, saved, drawings, printed, closing, ended } = shown;
+pub(crate) fn finish(shown: CommandOutput<'_>, console: Console<'_>) -> Result<(), CommandError> {
+    let CommandOutput { json, saved, drawings, printed, closing, ended } = shown;
     let is_document = save(&saved, json.as_ref(), &printed, console)?;
     for (path, drawing) in &drawings {
         picture::save(drawing, path, console)?;
     }
     match (&saved, &json) {
         // The file contains it.
-        (Saved::Printed, _) => {}
+        (SavedContent::Printed, _) => {}
         (_, Some(_)) if is_document => {}
-        (Saved::Table(table), Some(_)) if console.is_json() && console.out().is_some() => {
+        (SavedContent::Table(table), Some(_)) if console.is_json() && console.out().is_some() => {
             print(&json_text(&table.details))?;
         }
         (_, Some(json)) if console.is_json() => print(&json_text(json))?,
-        (Saved::Table(_), _) if console.out().is_some() => {}
-        (Saved::Table(table), _) if matches!(printed, Printed::Table) => {
+        (SavedContent::Table(_), _) if console.out().is_some() => {}
+        (SavedContent::Table(table), _) if matches!(printed, PrintedText::Table) => {
             let mut text = Vec::new();
             (table.write)(&mut text).map_err(|error| CommandError::Found(error.to_string()))?;
             print(&String::from_utf8_lossy(&text))?;
         }
         _ => {
-            if let Printed::Text(text) = &printed {
+            if let PrintedText::Text(text) = &printed {
                 print_text(text)?;
             }
         }
@@ -114,26 +114,26 @@ pub(crate) fn finish(shown: Shown<'_>, console: Console<'_>) -> Result<(), Comma
     if let Some(words) = closing {
         console.remark(&words);
     }
-    CommandError::of(ended)
+    CommandError::check(ended)
 }
 
 /// Writes the content of `-o`; returns whether that is a document, which contains everything for programs.
 fn save(
-    saved: &Saved<'_>,
+    saved: &SavedContent<'_>,
     json: Option<&Value>,
-    printed: &Printed,
+    printed: &PrintedText,
     console: Console<'_>,
 ) -> Result<bool, CommandError> {
     match (saved, console.out()) {
-        (Saved::Printed, _) => {
+        (SavedContent::Printed, _) => {
             match (json, printed) {
                 (Some(json), _) if console.writes_json() => console.json(json)?,
-                (_, Printed::Text(text)) => console.result(text)?,
-                (_, Printed::Table | Printed::Nothing) => {}
+                (_, PrintedText::Text(text)) => console.result(text)?,
+                (_, PrintedText::Table | PrintedText::Nothing) => {}
             }
             Ok(false)
         }
-        (Saved::Table(table), Some(path)) => {
+        (SavedContent::Table(table), Some(path)) => {
             let partial = partial_path(path);
             let path = if table.is_partial { &partial } else { path };
             let format = console.table_format(path)?;
@@ -146,13 +146,14 @@ fn save(
             console.remark(&format!("wrote {}{rows}", path.display()));
             Ok(format.is_document())
         }
-        (Saved::Folder { files, is_told }, Some(folder)) => {
+        (SavedContent::Folder { files, is_told }, Some(folder)) => {
             write_folder(folder, files)?;
             if *is_told {
                 console.remark(&format!("wrote {}", folder.display()));
             }
             Ok(false)
         }
-        (Saved::Table(_) | Saved::Folder { .. }, None) | (Saved::Nothing, _) => Ok(false),
+        (SavedContent::Table(_) | SavedContent::Folder { .. }, None)
+        | (SavedContent::Nothing, _) => Ok(false),
     }
 }

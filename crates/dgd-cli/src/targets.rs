@@ -14,26 +14,26 @@ use dgd_work::discover;
 use dgd_work::fit;
 use dgd_work::screen;
 
-use crate::args::{Command, Global, JobAction, JobArgs};
+use crate::args::{Command, GlobalArgs, JobAction, JobArgs};
 use crate::failure::CommandError;
 use crate::picture;
 use crate::table_file::{self, TableFormat};
 
 /// The files that a command may write.
 #[derive(Debug, Default)]
-pub(crate) struct Targets {
-    all: Vec<Target>,
+pub(crate) struct OutputTargets {
+    all: Vec<OutputTarget>,
 }
 
 /// An output file, and the option that names it.
 #[derive(Debug)]
-struct Target {
+struct OutputTarget {
     path: PathBuf,
     option: String,
 }
 
 /// The kind of `--out`.
-enum Out {
+enum OutKind {
     File,
     /// A file with a table.
     Table,
@@ -43,10 +43,13 @@ enum Out {
     Layout,
 }
 
-impl Targets {
+impl OutputTargets {
     /// Collects the output files of a command, and checks that they can be written and that none is also an input on
     /// the command line.
-    pub(crate) fn verified(command: &Command, global: &Global) -> Result<Targets, CommandError> {
+    pub(crate) fn verified(
+        command: &Command,
+        global: &GlobalArgs,
+    ) -> Result<OutputTargets, CommandError> {
         let (read, plots) = (inputs(command), plots(command));
         let streams = read.iter().filter(|path| path.as_os_str() == STANDARD_INPUT).count();
         if streams > 1 {
@@ -56,20 +59,20 @@ impl Targets {
             ));
         }
         picture::verify_formats(plots)?;
-        let mut targets = Targets::default();
+        let mut targets = OutputTargets::default();
         let mut add = |path: PathBuf, option: &str| {
-            targets.all.push(Target { path, option: option.to_owned() });
+            targets.all.push(OutputTarget { path, option: option.to_owned() });
         };
         let out = global.out.as_deref().map(|path| (path, out(command)));
         if let Some((path, out)) = &out {
             let option = format!("-o {}", path.display());
             match out {
-                Out::File | Out::Layout => add(path.to_path_buf(), &option),
-                Out::Table => {
+                OutKind::File | OutKind::Layout => add(path.to_path_buf(), &option),
+                OutKind::Table => {
                     add(path.to_path_buf(), &option);
                     add(table_file::partial_path(path), &option);
                 }
-                Out::Folder(names) => {
+                OutKind::Folder(names) => {
                     for name in names {
                         add(path.join(name), &option);
                     }
@@ -82,11 +85,11 @@ impl Targets {
         }
         targets.spare_all(&read)?;
         match &out {
-            Some((path, Out::Table)) => {
-                TableFormat::of(path, global.format)?;
+            Some((path, OutKind::Table)) => {
+                TableFormat::from_path(path, global.format)?;
             }
             // An existing folder may have any name.
-            Some((path, Out::Folder(_)))
+            Some((path, OutKind::Folder(_)))
                 if TableFormat::named(path).is_some() && !path.exists() =>
             {
                 return Err(CommandError::Usage(format!(
@@ -94,7 +97,7 @@ impl Targets {
                     path.display()
                 )));
             }
-            Some((path, Out::File | Out::Layout))
+            Some((path, OutKind::File | OutKind::Layout))
                 if TableFormat::named(path) == Some(TableFormat::Parquet) =>
             {
                 return Err(CommandError::Usage(format!(
@@ -106,8 +109,8 @@ impl Targets {
         }
         Self::verify_distinct(out.as_ref().map(|(path, _)| *path), plots)?;
         match &out {
-            Some((path, Out::File | Out::Table | Out::Layout)) => try_whole(path)?,
-            Some((path, Out::Folder(_))) => try_folder(path)?,
+            Some((path, OutKind::File | OutKind::Table | OutKind::Layout)) => try_whole(path)?,
+            Some((path, OutKind::Folder(_))) => try_folder(path)?,
             None => {}
         }
         plots.iter().try_for_each(|path| try_whole(path))?;
@@ -124,9 +127,9 @@ impl Targets {
         if self.all.is_empty() {
             return Ok(());
         }
-        let read: Vec<(&PathBuf, Identity)> =
+        let read: Vec<(&PathBuf, FileIdentity)> =
             read.iter().filter_map(|path| Some((path, identity(path)?))).collect();
-        for Target { path, option } in &self.all {
+        for OutputTarget { path, option } in &self.all {
             let Some(target) = identity(path) else { continue };
             if let Some((input, _)) = read.iter().find(|(_, input)| *input == target) {
                 return Err(WorkError::Usage(format!(
@@ -158,12 +161,12 @@ impl Targets {
 
 /// Identity of the file behind a path: the same for all its names and links.
 #[cfg(unix)]
-type Identity = (u64, u64);
+type FileIdentity = (u64, u64);
 #[cfg(not(unix))]
-type Identity = PathBuf;
+type FileIdentity = PathBuf;
 
 /// Identity of the regular file behind a path, if there is one.
-fn identity(path: &Path) -> Option<Identity> {
+fn identity(path: &Path) -> Option<FileIdentity> {
     let file = fs::metadata(path).ok().filter(fs::Metadata::is_file)?;
     #[cfg(unix)]
     {
@@ -303,10 +306,10 @@ fn plots(command: &Command) -> &[PathBuf] {
     }
 }
 
-fn out(command: &Command) -> Out {
+fn out(command: &Command) -> OutKind {
     match command {
         Command::Job(JobArgs { action: JobAction::Report(_) }) => {
-            Out::Folder(fleet::FILES.map(str::to_owned).to_vec())
+            OutKind::Folder(fleet::FILES.map(str::to_owned).to_vec())
         }
         Command::Check(_)
         | Command::Emit(_)
@@ -319,16 +322,16 @@ fn out(command: &Command) -> Out {
         | Command::Lsp(_)
         | Command::Watch(_)
         | Command::Job(_)
-        | Command::Adopt(_) => Out::File,
-        Command::Fmt(_) => Out::Layout,
+        | Command::Adopt(_) => OutKind::File,
+        Command::Fmt(_) => OutKind::Layout,
         Command::Simulate(_)
         | Command::Sensitivity(_)
         | Command::Linearize(_)
         | Command::Invert(_)
-        | Command::Track(_) => Out::Table,
-        Command::Fit(args) => Out::Folder(fit::file_names(&args.model)),
-        Command::Compare(_) => Out::Folder(compare::FILES.map(str::to_owned).to_vec()),
-        Command::Discover(args) => Out::Folder(discover::file_names(&args.model)),
-        Command::Screen(_) => Out::Folder(screen::FILES.map(str::to_owned).to_vec()),
+        | Command::Track(_) => OutKind::Table,
+        Command::Fit(args) => OutKind::Folder(fit::file_names(&args.model)),
+        Command::Compare(_) => OutKind::Folder(compare::FILES.map(str::to_owned).to_vec()),
+        Command::Discover(args) => OutKind::Folder(discover::file_names(&args.model)),
+        Command::Screen(_) => OutKind::Folder(screen::FILES.map(str::to_owned).to_vec()),
     }
 }

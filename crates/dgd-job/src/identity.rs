@@ -10,28 +10,28 @@ use serde::{Deserialize, Serialize};
 
 /// The program file, and the command that starts it again.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Program {
+pub struct ProgramFile {
     /// The first words of its command line.
     pub start: Vec<OsString>,
     /// The program file.
     pub file: PathBuf,
 }
 
-impl Program {
+impl ProgramFile {
     /// The program of this process.
     ///
     /// # Errors
     ///
     /// The system does not report the program file.
-    pub fn this() -> io::Result<Program> {
+    pub fn this() -> io::Result<ProgramFile> {
         let file = std::env::current_exe()?;
-        Ok(Program { start: vec![file.clone().into_os_string()], file })
+        Ok(ProgramFile { start: vec![file.clone().into_os_string()], file })
     }
 }
 
 /// A build of dgd, and the platform that it runs on.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
-pub struct Identity {
+pub struct BuildIdentity {
     /// Version of dgd.
     pub version: String,
     /// Digest of the program's file.
@@ -45,14 +45,14 @@ pub struct Identity {
 /// Number of parts that are digested in parallel, because a program has tens of megabytes.
 const LANES: usize = 8;
 
-impl Identity {
+impl BuildIdentity {
     /// The identity of a program on this machine.
     ///
     /// # Errors
     ///
     /// Its file cannot be read.
-    pub fn of(program: &Path) -> io::Result<Identity> {
-        Ok(Identity {
+    pub fn read(program: &Path) -> io::Result<BuildIdentity> {
+        Ok(BuildIdentity {
             version: env!("CARGO_PKG_VERSION").to_owned(),
             build: shown(digest_in_lanes(&fs::read(program)?)),
             platform: format!("{}-{}", std::env::consts::ARCH, std::env::consts::OS),
@@ -61,8 +61,8 @@ impl Identity {
     }
 
     /// Why results of the other identity are not valid for this one, as text after "this is"; `None` if they are.
-    pub fn difference(&self, other: &Identity) -> Option<String> {
-        let Identity { version, build, platform, arithmetic } = self;
+    pub fn difference(&self, other: &BuildIdentity) -> Option<String> {
+        let BuildIdentity { version, build, platform, arithmetic } = self;
         if version != &other.version {
             return Some(format!("dgd {version}, not {}", other.version));
         }
@@ -162,14 +162,14 @@ mod tests {
         for (name, text) in [("a", "one"), ("copy", "one"), ("b", "two")] {
             fs::write(path(name), text).expect("the folder is writable");
         }
-        let identity = |name: &str| Identity::of(&path(name)).expect("it is there");
+        let identity = |name: &str| BuildIdentity::read(&path(name)).expect("it is there");
         assert_eq!(identity("a").difference(&identity("copy")), None);
-        let words = |other: Identity| identity("a").difference(&other).unwrap_or_default();
+        let words = |other: BuildIdentity| identity("a").difference(&other).unwrap_or_default();
         assert!(words(identity("b")).contains("another build"), "{}", words(identity("b")));
         let others = [
-            (Identity { version: "9.0.0".into(), ..identity("b") }, "not 9.0.0"),
-            (Identity { platform: "z80-cpm".into(), ..identity("a") }, "not for z80-cpm"),
-            (Identity { arithmetic: String::new(), ..identity("a") }, "type of machine"),
+            (BuildIdentity { version: "9.0.0".into(), ..identity("b") }, "not 9.0.0"),
+            (BuildIdentity { platform: "z80-cpm".into(), ..identity("a") }, "not for z80-cpm"),
+            (BuildIdentity { arithmetic: String::new(), ..identity("a") }, "type of machine"),
         ];
         for (other, part) in others {
             assert!(words(other.clone()).contains(part), "{}", words(other));

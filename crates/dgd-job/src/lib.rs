@@ -24,10 +24,10 @@ mod status;
 mod store;
 pub mod work;
 
-pub use identity::{Identity, Program};
-pub use job::{Do, Job, JobError, Occasion, Well, bytes};
-pub use name::Names;
-pub use outcome::{Class, Outcome, document};
-pub use piece::{Kind, Piece, shell};
-pub use status::{Failure, Status, status};
-pub use store::{Opens, Place, State, Store, is_elsewhere, set_opens};
+pub use identity::{BuildIdentity, ProgramFile};
+pub use job::{Asset, Job, JobError, Period, PeriodTask, bytes};
+pub use name::PieceKeys;
+pub use outcome::{FailureClass, PieceOutcome, document};
+pub use piece::{Piece, PieceKind, shell};
+pub use status::{FailedPiece, JobStatus, status};
+pub use store::{FleetStore, KeyValueStore, PieceState, StoreOpener, is_elsewhere, set_opens};

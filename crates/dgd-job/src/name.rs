@@ -9,12 +9,12 @@ use dgd_data::{DiskFiles, Sha256Digest};
 use dgd_identify::journal::Digest;
 use dgd_work::{FOLDER, digest_of_texts};
 
-use crate::identity::Identity;
-use crate::piece::{Kind, Piece};
+use crate::identity::BuildIdentity;
+use crate::piece::{Piece, PieceKind};
 
 /// Names the pieces of a job. Each file is read once.
 #[derive(Debug)]
-pub struct Names {
+pub struct PieceKeys {
     folder: PathBuf,
     of: Digest,
     models: Mutex<BTreeMap<(String, Vec<String>), String>>,
@@ -22,11 +22,11 @@ pub struct Names {
     data: Mutex<BTreeMap<String, Result<Sha256Digest, String>>>,
 }
 
-impl Names {
+impl PieceKeys {
     /// For pieces whose paths are relative to this folder, computed by this build.
-    pub fn new(folder: &Path, identity: &Identity) -> Names {
-        let Identity { version, build, platform, arithmetic } = identity;
-        Names {
+    pub fn new(folder: &Path, identity: &BuildIdentity) -> PieceKeys {
+        let BuildIdentity { version, build, platform, arithmetic } = identity;
+        PieceKeys {
             folder: folder.to_owned(),
             of: Digest::EMPTY.debug(&"dgd piece 1").debug(&(version, build, platform, arithmetic)),
             models: Mutex::default(),
@@ -35,7 +35,7 @@ impl Names {
     }
 
     /// The name of a piece, 32 hexadecimal digits.
-    pub fn of(&self, piece: &Piece) -> String {
+    pub fn key(&self, piece: &Piece) -> String {
         let model = self.model(piece);
         let files = || piece.data.iter().chain(&piece.valid);
         let data: Vec<Result<Sha256Digest, String>> = files().map(|file| self.data(file)).collect();
@@ -47,7 +47,7 @@ impl Names {
     fn model(&self, piece: &Piece) -> String {
         let mut apply = values(&piece.options, "--apply");
         let mut folders = Vec::new();
-        if piece.kind == Kind::Discover {
+        if piece.kind == PieceKind::Discover {
             folders = values(&piece.options, "--effects");
         }
         let key = (piece.model.clone(), [apply.as_slice(), &folders].concat());
@@ -64,7 +64,7 @@ impl Names {
         }
         let model = self.folder.join(&piece.model);
         let mut folders: Vec<PathBuf> = folders.iter().map(|one| self.folder.join(one)).collect();
-        if piece.kind == Kind::Discover {
+        if piece.kind == PieceKind::Discover {
             folders.push(model.parent().unwrap_or(Path::new("")).join(FOLDER));
         }
         let digest = digest_of_texts(&model, &apply, &folders, &DiskFiles);
@@ -114,9 +114,9 @@ mod tests {
 
     use super::*;
 
-    fn identity() -> Identity {
+    fn identity() -> BuildIdentity {
         let text = |text: &str| text.to_owned();
-        Identity {
+        BuildIdentity {
             version: text("1"),
             build: text("b"),
             platform: text("p"),
@@ -140,7 +140,7 @@ mod tests {
         write("more/other.dgd", "effect other on tank\n");
         write("a.csv", "time [s],h [m]\n0,1\n");
         write("b.csv", "time [s],h [m]\n0,2\n");
-        let piece = |kind: Kind, options: &[&str]| Piece {
+        let piece = |kind: PieceKind, options: &[&str]| Piece {
             well: "A".into(),
             when: "now".into(),
             kind,
@@ -150,10 +150,10 @@ mod tests {
             options: options.iter().map(|word| (*word).to_owned()).collect(),
             seed: 0,
         };
-        let named = |piece: &Piece| Names::new(place.path(), &identity()).of(piece);
-        let fit = piece(Kind::Fit, &["--apply", "leak"]);
-        let search = piece(Kind::Discover, &["--effects=more"]);
-        let plain = piece(Kind::Fit, &[]);
+        let named = |piece: &Piece| PieceKeys::new(place.path(), &identity()).key(piece);
+        let fit = piece(PieceKind::Fit, &["--apply", "leak"]);
+        let search = piece(PieceKind::Discover, &["--effects=more"]);
+        let plain = piece(PieceKind::Fit, &[]);
         let pieces = [&fit, &search, &plain];
         let before = pieces.map(named);
         assert_eq!(before, pieces.map(named), "it is a function");
@@ -166,7 +166,7 @@ mod tests {
             .arg(copy.path())
             .status();
         if copied.is_ok_and(|status| status.success()) {
-            assert_eq!(Names::new(copy.path(), &identity()).of(&fit), before[0]);
+            assert_eq!(PieceKeys::new(copy.path(), &identity()).key(&fit), before[0]);
         }
         // The names that change with each text.
         for (file, text, changes) in [
@@ -190,15 +190,15 @@ mod tests {
             Piece { well: "B".into(), ..plain.clone() },
             Piece { when: "then".into(), ..plain.clone() },
             Piece { seed: 1, ..plain.clone() },
-            Piece { kind: Kind::Profile { of: "x".into() }, ..plain.clone() },
+            Piece { kind: PieceKind::Profile { of: "x".into() }, ..plain.clone() },
             Piece { data: plain.valid.clone(), valid: plain.data.clone(), ..plain.clone() },
             Piece { data: vec!["missing.csv".into()], ..plain.clone() },
-            piece(Kind::Fit, &["--rtol", "1e-8"]),
+            piece(PieceKind::Fit, &["--rtol", "1e-8"]),
         ];
         let mut names: Vec<String> = others.iter().map(named).collect();
         names.push(before[2].clone());
-        let other = Identity { build: "c".to_owned(), ..identity() };
-        names.push(Names::new(place.path(), &other).of(&plain));
+        let other = BuildIdentity { build: "c".to_owned(), ..identity() };
+        names.push(PieceKeys::new(place.path(), &other).key(&plain));
         names.sort();
         names.dedup();
         assert_eq!(names.len(), others.len() + 2, "each has its own");

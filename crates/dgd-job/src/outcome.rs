@@ -7,11 +7,11 @@ use serde::{Deserialize, Serialize};
 use serde_json::{Value, json};
 
 use crate::piece::Piece;
-use crate::store::State;
+use crate::store::PieceState;
 
 /// The outcome of a piece.
 #[derive(Debug)]
-pub enum Outcome {
+pub enum PieceOutcome {
     /// It has a result.
     Done {
         /// The result for programs, as the command prints it.
@@ -26,7 +26,7 @@ pub enum Outcome {
     /// It has no result.
     Failed {
         /// The class of the failure.
-        class: Class,
+        class: FailureClass,
         /// The reason, in a sentence.
         message: String,
         /// Diagnosed mistakes.
@@ -37,7 +37,7 @@ pub enum Outcome {
 /// Classes of failures.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
-pub enum Class {
+pub enum FailureClass {
     /// The model or the data has mistakes.
     Data,
     /// The options are invalid.
@@ -52,17 +52,17 @@ pub enum Class {
     Memory,
 }
 
-impl Outcome {
+impl PieceOutcome {
     /// A failure without diagnosed mistakes.
-    pub fn failed(class: Class, message: impl Into<String>) -> Outcome {
-        Outcome::Failed { class, message: message.into(), mistakes: Vec::new() }
+    pub fn failed(class: FailureClass, message: impl Into<String>) -> PieceOutcome {
+        PieceOutcome::Failed { class, message: message.into(), mistakes: Vec::new() }
     }
 
     /// The state under which its document is stored.
-    pub fn state(&self) -> State {
+    pub fn state(&self) -> PieceState {
         match self {
-            Outcome::Done { .. } => State::Done,
-            Outcome::Failed { .. } => State::Failed,
+            PieceOutcome::Done { .. } => PieceState::Done,
+            PieceOutcome::Failed { .. } => PieceState::Failed,
         }
     }
 }
@@ -97,7 +97,7 @@ impl PieceDocument {
 }
 
 /// The text of a result: always the same bytes, wherever and in whatever order it is computed.
-pub fn document(name: &str, piece: &Piece, outcome: &Outcome) -> String {
+pub fn document(name: &str, piece: &Piece, outcome: &PieceOutcome) -> String {
     let identity = json!({
         "name": name,
         "well": piece.well,
@@ -106,7 +106,7 @@ pub fn document(name: &str, piece: &Piece, outcome: &Outcome) -> String {
         "command": piece.command(),
     });
     let value = match outcome {
-        Outcome::Done { result, stopped, remarks, files } => json!({
+        PieceOutcome::Done { result, stopped, remarks, files } => json!({
             "schema": SCHEMA_VERSION,
             "piece": identity,
             "state": "done",
@@ -115,7 +115,7 @@ pub fn document(name: &str, piece: &Piece, outcome: &Outcome) -> String {
             "result": result,
             "files": files,
         }),
-        Outcome::Failed { class, message, mistakes } => json!({
+        PieceOutcome::Failed { class, message, mistakes } => json!({
             "schema": SCHEMA_VERSION,
             "piece": identity,
             "state": "failed",

@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 /// The task of a piece.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
-pub enum Kind {
+pub enum PieceKind {
     /// A fit.
     Fit,
     /// The fit from one of several starting points.
@@ -33,14 +33,15 @@ pub enum Kind {
     Discover,
 }
 
-impl Kind {
+impl PieceKind {
     /// The name of its command.
     pub fn command(&self) -> &'static str {
         match self {
-            Kind::Discover => "discover",
-            Kind::Fit | Kind::Start { .. } | Kind::Replicates { .. } | Kind::Profile { .. } => {
-                "fit"
-            }
+            PieceKind::Discover => "discover",
+            PieceKind::Fit
+            | PieceKind::Start { .. }
+            | PieceKind::Replicates { .. }
+            | PieceKind::Profile { .. } => "fit",
         }
     }
 
@@ -50,29 +51,29 @@ impl Kind {
             words.iter().flat_map(|(option, value)| [(*option).to_owned(), value.clone()]).collect()
         };
         match self {
-            Kind::Fit | Kind::Discover => Vec::new(),
-            Kind::Start { number, of } => {
+            PieceKind::Fit | PieceKind::Discover => Vec::new(),
+            PieceKind::Start { number, of } => {
                 words(&[("--starts", of.to_string()), ("--start-point", number.to_string())])
             }
-            Kind::Replicates { from, count } => {
+            PieceKind::Replicates { from, count } => {
                 words(&[("--bootstrap", count.to_string()), ("--bootstrap-from", from.to_string())])
             }
-            Kind::Profile { of } => words(&[("--profile", of.clone())]),
+            PieceKind::Profile { of } => words(&[("--profile", of.clone())]),
         }
     }
 }
 
 /// As used in sentences.
-impl fmt::Display for Kind {
+impl fmt::Display for PieceKind {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Kind::Fit => f.write_str("fit"),
-            Kind::Discover => f.write_str("discover"),
-            Kind::Start { number, of } => write!(f, "start {number} of {of}"),
-            Kind::Replicates { from, count } => {
+            PieceKind::Fit => f.write_str("fit"),
+            PieceKind::Discover => f.write_str("discover"),
+            PieceKind::Start { number, of } => write!(f, "start {number} of {of}"),
+            PieceKind::Replicates { from, count } => {
                 write!(f, "replicates {from} to {}", from + count - 1)
             }
-            Kind::Profile { of } => write!(f, "profile of `{of}`"),
+            PieceKind::Profile { of } => write!(f, "profile of `{of}`"),
         }
     }
 }
@@ -85,7 +86,7 @@ pub struct Piece {
     /// The date of its recordings, as given in the job file.
     pub when: String,
     /// Its task.
-    pub kind: Kind,
+    pub kind: PieceKind,
     /// The model file.
     pub model: String,
     /// Training recordings.
@@ -141,7 +142,7 @@ mod tests {
         let piece = Piece {
             well: "A 1".into(),
             when: "2024".into(),
-            kind: Kind::Start { number: 3, of: 20 },
+            kind: PieceKind::Start { number: 3, of: 20 },
             model: "m.dgd".into(),
             data: vec!["a b.csv".into(), "c.csv".into()],
             valid: vec!["d.csv".into()],
@@ -153,7 +154,7 @@ mod tests {
             "dgd fit m.dgd --data 'a b.csv' --data c.csv --valid d.csv --set 'c0=1 [m]' --starts 20 \
              --start-point 3 --seed 7"
         );
-        let replicates = Kind::Replicates { from: 40, count: 20 };
+        let replicates = PieceKind::Replicates { from: 40, count: 20 };
         let other = Piece { kind: replicates, seed: 0, ..piece };
         assert!(other.command().ends_with("--bootstrap 20 --bootstrap-from 40"));
         assert_eq!(other.kind.to_string(), "replicates 40 to 59");

@@ -6,34 +6,34 @@ use std::path::Path;
 use serde::Serialize;
 use serde_json::{Value, json};
 
-use crate::identity::Identity;
+use crate::identity::BuildIdentity;
 use crate::job::{Job, JobError};
-use crate::name::Names;
+use crate::name::PieceKeys;
 use crate::outcome::PieceDocument;
 use crate::piece::Piece;
-use crate::store::{State, Store};
+use crate::store::{FleetStore, PieceState};
 
 /// Failures listed in the text.
 const MOST_TOLD: usize = 20;
 
 /// The progress of a job.
 #[derive(Debug, Clone)]
-pub struct Status {
+pub struct JobStatus {
     /// Number of pieces.
     pub pieces: usize,
     /// Number of pieces done.
     pub done: usize,
     /// Failed pieces.
-    pub failures: Vec<Failure>,
+    pub failures: Vec<FailedPiece>,
     /// Numbers and names of the pieces without a result.
     pub open: Vec<(usize, String)>,
     /// The build to which the results belong.
-    pub identity: Identity,
+    pub identity: BuildIdentity,
 }
 
 /// A piece that failed.
 #[derive(Debug, Clone, Serialize)]
-pub struct Failure {
+pub struct FailedPiece {
     /// Its number.
     pub index: usize,
     /// Its name.
@@ -55,10 +55,14 @@ pub struct Failure {
 /// # Errors
 ///
 /// The results cannot be listed.
-pub fn status(job: &Job, store: &Store, identity: &Identity) -> Result<Status, JobError> {
-    let names = Names::new(&job.folder, identity);
+pub fn status(
+    job: &Job,
+    store: &FleetStore,
+    identity: &BuildIdentity,
+) -> Result<JobStatus, JobError> {
+    let names = PieceKeys::new(&job.folder, identity);
     let there = store.all()?;
-    let mut status = Status {
+    let mut status = JobStatus {
         pieces: job.len(),
         done: 0,
         failures: Vec::new(),
@@ -66,25 +70,30 @@ pub fn status(job: &Job, store: &Store, identity: &Identity) -> Result<Status, J
         identity: identity.clone(),
     };
     for (index, piece) in job.pieces().enumerate() {
-        let name = names.of(&piece);
+        let name = names.key(&piece);
         match there.get(&name) {
-            Some(State::Done) => status.done += 1,
-            Some(State::Failed) => status.failures.push(failure(index, name, &piece, store)?),
+            Some(PieceState::Done) => status.done += 1,
+            Some(PieceState::Failed) => status.failures.push(failure(index, name, &piece, store)?),
             None => status.open.push((index, name)),
         }
     }
     Ok(status)
 }
 
-fn failure(index: usize, name: String, piece: &Piece, store: &Store) -> Result<Failure, JobError> {
+fn failure(
+    index: usize,
+    name: String,
+    piece: &Piece,
+    store: &FleetStore,
+) -> Result<FailedPiece, JobError> {
     let text = store.read(&name)?.map(|(_, text)| text).unwrap_or_default();
     let error = PieceDocument::read(&text).err().unwrap_or_default();
     let (well, when) = (piece.well.clone(), piece.when.clone());
     let (what, command) = (piece.kind.to_string(), piece.command());
-    Ok(Failure { index, name, well, when, what, error, command })
+    Ok(FailedPiece { index, name, well, when, what, error, command })
 }
 
-impl Status {
+impl JobStatus {
     /// As JSON.
     pub fn to_json(&self, job: &Path, into: &Path) -> Value {
         let open = self.open.iter().map(|(index, name)| json!({ "index": index, "name": name }));

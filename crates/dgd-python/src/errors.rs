@@ -1,6 +1,6 @@
 //! Converts errors to the exceptions of `dgd._errors`, which are written in Python.
 
-use dgd_work::{Class, WorkError};
+use dgd_work::{MistakeClass, WorkError};
 use pyo3::prelude::*;
 use serde_json::json;
 
@@ -36,8 +36,8 @@ impl RequestedTask {
 /// The exception for an error of `dgd-work`.
 pub(crate) fn of_work(py: Python<'_>, error: &WorkError, task: RequestedTask) -> PyErr {
     let class = match error.class() {
-        Class::Data => "data",
-        Class::Usage => "usage",
+        MistakeClass::Data => "data",
+        MistakeClass::Usage => "usage",
         _ => "computation",
     };
     let mistakes = json!(error.mistakes()).to_string();

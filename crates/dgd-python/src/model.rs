@@ -9,9 +9,9 @@ use dgd_compiler::pipeline::SensitivityDirections;
 use dgd_data::open::{FolderEntry, read_import};
 use dgd_data::{DiskFiles, FileSystem, InMemory, LayeredFiles};
 use dgd_work::{
-    CheckRequest, Choices, DiscoverRequest, FitRequest, RunRequest, SensitivityRequest, Session,
-    SimulateRequest, Solve, Sought, WorkError, check, discover, equations, fit, objective,
-    sensitivity, simulate,
+    CheckRequest, DiscoverRequest, FitRequest, FreeParameters, ModelChoices, RunRequest,
+    SensitivityRequest, SimulateRequest, SolverOptions, TaskContext, WorkError, check, discover,
+    equations, fit, objective, sensitivity, simulate,
 };
 use pyo3::prelude::*;
 
@@ -35,7 +35,7 @@ const EFFECTS: &str = "effects";
 pub(crate) struct PyModel {
     path: PathBuf,
     texts: InMemory,
-    choices: Choices,
+    choices: ModelChoices,
     description: String,
     text: String,
     latex: String,
@@ -55,11 +55,11 @@ pub(crate) fn load(
 ) -> PyResult<PyModel> {
     let add = |all: InMemory, (path, text): (String, Vec<u8>)| all.with_file(path, text);
     let in_memory = texts.into_iter().fold(InMemory::default(), add);
-    let choices = Choices::new(variant, set, apply);
+    let choices = ModelChoices::new(variant, set, apply);
     let observer = Arc::new(PyObserver::new(None));
     supervised(py, RequestedTask::Load, &observer, move |observer| {
         let files = LayeredFiles { above: &in_memory, below: &DiskFiles };
-        let session = Session::new(observer).with_files(&files);
+        let session = TaskContext::new(observer).with_files(&files);
         let mut request = CheckRequest::new(&path);
         request.choices = choices.clone();
         let checked = check(&request, session)?;
@@ -122,7 +122,7 @@ impl PyModel {
         options: &Bound<'_, PyAny>,
         progress: Option<Py<PyAny>>,
         prepare: impl FnOnce(&mut InMemory) -> PyResult<R>,
-        work: impl FnOnce(&R, Session<'_>) -> Result<T, WorkError> + Send + 'static,
+        work: impl FnOnce(&R, TaskContext<'_>) -> Result<T, WorkError> + Send + 'static,
     ) -> PyResult<(T, Vec<String>)> {
         let mut files = InMemory::default();
         let request = prepare(&mut files)?;
@@ -131,7 +131,7 @@ impl PyModel {
         let observer = Arc::new(PyObserver::new(progress));
         let result = supervised(py, task, &observer, move |observer| {
             let files = LayeredFiles { above: &above, below: &DiskFiles };
-            let session = Session::new(observer).with_files(&files).with_seed(seed);
+            let session = TaskContext::new(observer).with_files(&files).with_seed(seed);
             let threads = threads.unwrap_or(session.threads).max(1);
             work(&request, session.with_threads(threads))
         })?;
@@ -143,7 +143,7 @@ impl PyModel {
         &self,
         py: Python<'_>,
         options: &Bound<'_, PyAny>,
-    ) -> PyResult<(Choices, Sought, Solve)> {
+    ) -> PyResult<(ModelChoices, FreeParameters, SolverOptions)> {
         let mut choices = options.extract::<SetOptions>()?.beside(&self.choices);
         let sought = options.extract::<SoughtOptions>()?.request();
         let solve = options.extract::<SolveOptions>()?;
@@ -213,7 +213,7 @@ impl PyModel {
     /// Variants, settings and effects.
     #[getter]
     fn choices(&self) -> (Vec<String>, Vec<String>, Vec<String>) {
-        let Choices { variant, set, apply, .. } = self.choices.clone();
+        let ModelChoices { variant, set, apply, .. } = self.choices.clone();
         (variant, set, apply)
     }
 
@@ -297,8 +297,9 @@ impl PyModel {
         options: &Bound<'_, PyAny>,
     ) -> PyResult<PyObjective> {
         let prepare = |files: &mut InMemory| self.fit_request(py, data, Vec::new(), options, files);
-        let made =
-            move |request: &FitRequest, session: Session<'_>| objective(request, &noise, session);
+        let made = move |request: &FitRequest, session: TaskContext<'_>| {
+            objective(request, &noise, session)
+        };
         let (inner, _) = self.work((py, RequestedTask::Fit), options, None, prepare, made)?;
         Ok(PyObjective::new(inner))
     }

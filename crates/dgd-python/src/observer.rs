@@ -4,7 +4,7 @@ use std::sync::{Mutex, PoisonError};
 
 use dgd_identify::{Monitor, Progress, Total};
 use dgd_runtime::RunMonitor;
-use dgd_work::{Listener, Remark};
+use dgd_work::{Remark, Reporter};
 use pyo3::prelude::*;
 
 /// Flags that no call uses any more and that were never set: each lives as long as the program.
@@ -65,7 +65,7 @@ impl Monitor for PyObserver {
     }
 }
 
-impl Listener for PyObserver {
+impl Reporter for PyObserver {
     fn remark(&self, remark: Remark<'_>) {
         self.remarks.lock().unwrap_or_else(PoisonError::into_inner).push(remark.to_text());
     }

@@ -4,7 +4,9 @@ use dgd_data::Rename;
 use dgd_execute::Engine;
 use dgd_identify::{DrawnFrom, Loss};
 use dgd_runtime::{PerSample, Steps};
-use dgd_work::{Choices, Estimator, NoiseFrom, Solve, Sought, Start, Tracker};
+use dgd_work::{
+    Estimator, FreeParameters, ModelChoices, NoiseFrom, SolverOptions, StartChoice, TrackerKind,
+};
 use pyo3::prelude::*;
 
 use crate::errors;
@@ -165,11 +167,14 @@ impl SolveOptions {
         self.begin == STEADY
     }
 
-    pub(crate) fn request(self, py: Python<'_>) -> PyResult<Solve> {
-        let mut solve = Solve::default();
+    pub(crate) fn request(self, py: Python<'_>) -> PyResult<SolverOptions> {
+        let mut solve = SolverOptions::default();
         // A start at rest is a property of the model.
-        let starts =
-            [("model", Start::Model), ("measured", Start::Measured), (STEADY, Start::Model)];
+        let starts = [
+            ("model", StartChoice::Model),
+            ("measured", StartChoice::Measured),
+            (STEADY, StartChoice::Model),
+        ];
         solve.start = one_of(py, "start", &self.begin, &starts)?;
         let rename = |(column, name): (String, String)| Rename { column, name };
         solve.rename = self.rename.into_iter().map(rename).collect();
@@ -196,7 +201,7 @@ impl SolveOptions {
 
 impl SetOptions {
     /// The choices of a model, extended by these settings.
-    pub(crate) fn beside(self, choices: &Choices) -> Choices {
+    pub(crate) fn beside(self, choices: &ModelChoices) -> ModelChoices {
         let mut extended = choices.clone();
         extended.set.extend(self.set);
         extended
@@ -204,8 +209,8 @@ impl SetOptions {
 }
 
 impl SoughtOptions {
-    pub(crate) fn request(self) -> Sought {
-        Sought::new(self.free, self.fix)
+    pub(crate) fn request(self) -> FreeParameters {
+        FreeParameters::new(self.free, self.fix)
     }
 }
 
@@ -237,7 +242,11 @@ pub(crate) fn estimator(py: Python<'_>, word: &str) -> PyResult<Estimator> {
     one_of(py, "estimator", word, &words.map(|estimator| (estimator.name(), estimator)))
 }
 
-pub(crate) fn tracker(py: Python<'_>, word: &str) -> PyResult<Tracker> {
-    let words = [("ekf", Tracker::Ekf), ("ukf", Tracker::Ukf), ("recursive", Tracker::Recursive)];
+pub(crate) fn tracker(py: Python<'_>, word: &str) -> PyResult<TrackerKind> {
+    let words = [
+        ("ekf", TrackerKind::Ekf),
+        ("ukf", TrackerKind::Ukf),
+        ("recursive", TrackerKind::Recursive),
+    ];
     one_of(py, "estimator", word, &words)
 }

@@ -3,7 +3,7 @@
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
 use dgd_runtime::Unit;
-use dgd_work::{At, WorkError};
+use dgd_work::{EquationPoint, WorkError};
 use pyo3::prelude::*;
 
 use crate::errors::RequestedTask;
@@ -20,15 +20,15 @@ struct PyPoint(f64, PyNumbers, Option<PyNumbers>, Option<PyNumbers>);
 /// The equations of a model, evaluated point by point in declared units. Matrices come row by row.
 #[pyclass(frozen, name = "Equations", module = "dgd._dgd")]
 pub(crate) struct PyEquations {
-    inner: Mutex<dgd_work::Equations>,
+    inner: Mutex<dgd_work::ModelEquations>,
 }
 
 impl PyEquations {
-    pub(crate) fn new(inner: dgd_work::Equations) -> Self {
+    pub(crate) fn new(inner: dgd_work::ModelEquations) -> Self {
         PyEquations { inner: Mutex::new(inner) }
     }
 
-    fn inner(&self) -> MutexGuard<'_, dgd_work::Equations> {
+    fn inner(&self) -> MutexGuard<'_, dgd_work::ModelEquations> {
         self.inner.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
@@ -38,10 +38,10 @@ impl PyEquations {
         &self,
         py: Python<'_>,
         PyPoint(t, y, u, p): PyPoint,
-        evaluate: fn(&dgd_work::Equations, At<'_>) -> Result<Vec<f64>, WorkError>,
+        evaluate: fn(&dgd_work::ModelEquations, EquationPoint<'_>) -> Result<Vec<f64>, WorkError>,
     ) -> PyResult<PyNumbers> {
         let [u, p] = [&u, &p].map(|numbers| numbers.as_ref().map(|one| one.0.as_slice()));
-        let point = At { t, y: &y.0, u, p };
+        let point = EquationPoint { t, y: &y.0, u, p };
         guarded(py, RequestedTask::Simulate, || evaluate(&self.inner(), point)).map(PyNumbers)
     }
 }
@@ -99,19 +99,19 @@ impl PyEquations {
     }
 
     fn rhs(&self, py: Python<'_>, point: PyPoint) -> PyResult<PyNumbers> {
-        self.evaluate(py, point, dgd_work::Equations::rhs)
+        self.evaluate(py, point, dgd_work::ModelEquations::rhs)
     }
 
     fn jacobian(&self, py: Python<'_>, point: PyPoint) -> PyResult<PyNumbers> {
-        self.evaluate(py, point, dgd_work::Equations::jacobian)
+        self.evaluate(py, point, dgd_work::ModelEquations::jacobian)
     }
 
     fn parameter_jacobian(&self, py: Python<'_>, point: PyPoint) -> PyResult<PyNumbers> {
-        self.evaluate(py, point, dgd_work::Equations::parameter_jacobian)
+        self.evaluate(py, point, dgd_work::ModelEquations::parameter_jacobian)
     }
 
     fn outputs_at(&self, py: Python<'_>, point: PyPoint) -> PyResult<PyNumbers> {
-        self.evaluate(py, point, dgd_work::Equations::outputs)
+        self.evaluate(py, point, dgd_work::ModelEquations::outputs)
     }
 }
 
@@ -149,7 +149,7 @@ impl PyObjective {
     #[getter]
     fn variables(&self) -> Vec<PyVariable> {
         let inner = self.inner.lock().unwrap_or_else(PoisonError::into_inner);
-        let one = |v: &dgd_work::fit::objective::Variable| {
+        let one = |v: &dgd_work::fit::objective::ObjectiveVariable| {
             (v.name.clone(), v.unit.symbol.to_string(), v.value, v.lower, v.upper, v.is_log)
         };
         inner.variables().iter().map(one).collect()

@@ -6,7 +6,8 @@ use std::sync::{Mutex, MutexGuard, PoisonError};
 use dgd_data::files::{ResultFolder, write_folder};
 use dgd_plot::Figure;
 use dgd_work::{
-    Discovered, Fitted, Kind, NamedColumn, Sensitivities, Simulated, TimeTable, WorkError,
+    ColumnKind, DiscoveryResult, FitResult, NamedColumn, Sensitivities, SimulationResult,
+    TimeTable, WorkError,
 };
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
@@ -23,10 +24,10 @@ type ResultColumn = (String, String, &'static str, PyNumbers);
 fn named(columns: &[NamedColumn]) -> Vec<ResultColumn> {
     let one = |column: &NamedColumn| {
         let kind = match column.kind {
-            Kind::Input => "input",
-            Kind::Unknown => "state",
-            Kind::Output => "output",
-            Kind::Derivative => "derivative",
+            ColumnKind::Input => "input",
+            ColumnKind::Unknown => "state",
+            ColumnKind::Output => "output",
+            ColumnKind::Derivative => "derivative",
         };
         let values = PyNumbers(column.in_unit());
         (column.name.clone(), column.unit.symbol.to_string(), kind, values)
@@ -78,7 +79,7 @@ macro_rules! over_time {
     };
 }
 
-over_time!(Simulated, |_| &[]);
+over_time!(SimulationResult, |_| &[]);
 over_time!(Sensitivities, |all| &all.trajectories);
 
 /// States and outputs over time, or their derivatives.
@@ -162,7 +163,7 @@ pub(crate) trait PyFindings: Send {
     fn files(&self, folder: &Path) -> Result<ResultFolder, WorkError>;
 }
 
-impl PyFindings for Fitted {
+impl PyFindings for FitResult {
     fn json(&self) -> Value {
         self.to_json()
     }
@@ -172,7 +173,7 @@ impl PyFindings for Fitted {
     }
 
     fn model_text(&self, folder: &Path) -> String {
-        Fitted::model_text(self, folder)
+        FitResult::model_text(self, folder)
     }
 
     fn reservations(&self) -> &[String] {
@@ -188,15 +189,15 @@ impl PyFindings for Fitted {
     }
 
     fn page(&self) -> Result<String, WorkError> {
-        Ok(Fitted::page(self))
+        Ok(FitResult::page(self))
     }
 
     fn files(&self, folder: &Path) -> Result<ResultFolder, WorkError> {
-        Ok(Fitted::files(self, folder))
+        Ok(FitResult::files(self, folder))
     }
 }
 
-impl PyFindings for Discovered {
+impl PyFindings for DiscoveryResult {
     fn json(&self) -> Value {
         self.to_json()
     }
@@ -222,11 +223,11 @@ impl PyFindings for Discovered {
     }
 
     fn page(&self) -> Result<String, WorkError> {
-        Discovered::page(self)
+        DiscoveryResult::page(self)
     }
 
     fn files(&self, _: &Path) -> Result<ResultFolder, WorkError> {
-        Discovered::files(self)
+        DiscoveryResult::files(self)
     }
 }
 

@@ -6,7 +6,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 use std::thread;
 
 use dgd_data::{DiskFiles, InMemory, LayeredFiles};
-use dgd_work::{LineFormat, Session, TrackRequest, track};
+use dgd_work::{LineFormat, TaskContext, TrackRequest, track};
 use pyo3::prelude::*;
 
 use crate::errors::{self, RequestedTask};
@@ -90,7 +90,7 @@ impl PyTracker {
             let mut out = PyAnswers { to: answers.clone(), line: Vec::new() };
             let ended = guard::caught(|| {
                 let files = LayeredFiles { above: &texts, below: &DiskFiles };
-                let session = Session::new(&*for_thread).with_files(&files);
+                let session = TaskContext::new(&*for_thread).with_files(&files);
                 let lines = Box::new(PyLines { lines, current: io::Cursor::default() });
                 let tracked = track(&request, Some(lines), session, &mut out, LineFormat::Lines)?;
                 tracked.stopped.map_or(Ok(tracked.remarks), Err)

@@ -93,7 +93,7 @@ pub(crate) struct Watch {
 
 /// Bytes that a process holds.
 #[derive(Clone, Copy)]
-pub(crate) struct Held {
+pub(crate) struct HeldBytes {
     /// In no file.
     pub(crate) own: u64,
     /// In files.
@@ -108,7 +108,7 @@ impl Watch {
         Ok(Watch { program, ..watch })
     }
 
-    pub(crate) fn held(&self) -> io::Result<Held> {
+    pub(crate) fn held(&self) -> io::Result<HeldBytes> {
         let mut text = [0; 128];
         let n = self.statm.read_at(&mut text, 0)?;
         let mut numbers = str::from_utf8(&text[..n]).unwrap_or_default().split(' ').skip(1);
@@ -116,21 +116,21 @@ impl Watch {
         match (next(), next()) {
             (Some(all), Some(in_files)) => {
                 let own = all.saturating_sub(in_files) * self.page;
-                Ok(Held { own, in_files: in_files * self.page })
+                Ok(HeldBytes { own, in_files: in_files * self.page })
             }
             _ => Err(io::ErrorKind::InvalidData.into()),
         }
     }
 
     /// Whether pages of the file have to go.
-    pub(crate) fn is_much(&self, held: Held) -> bool {
+    pub(crate) fn is_much(&self, held: HeldBytes) -> bool {
         let least = held.own + self.program;
         let most = (self.memory.saturating_sub(least) / 4).min(HELD);
         held.in_files > self.program + most
     }
 
     /// Whether what is in no file is within what is allowed.
-    pub(crate) fn is_within(&self, held: Held) -> bool {
+    pub(crate) fn is_within(&self, held: HeldBytes) -> bool {
         held.own + self.program <= self.memory
     }
 }

@@ -1,27 +1,27 @@
 //! Answers as JSON: the model's controls, results of a run, and errors.
 
-use dgd_work::{Applicable, Simulated, WorkError};
+use dgd_work::{ApplicableEffect, SimulationResult, WorkError};
 use serde_json::{Value, json};
 
-use dgd_work::check::{Description, Parameter, VariantChoices};
+use dgd_work::check::{ModelDescription, ParameterDescription, VariantChoices};
 
 /// Maximum length of a text shown around errors, bytes.
 const LONGEST_TEXT: usize = 1 << 20;
 
 /// The choices and settings. `written` are the parameters whose values are in the text of the opened model.
 pub(crate) fn controls(
-    description: &Description,
-    effects: &[Applicable],
+    description: &ModelDescription,
+    effects: &[ApplicableEffect],
     applied: &[String],
     written: &[String],
 ) -> Value {
-    let parameter = |parameter: &Parameter| {
+    let parameter = |parameter: &ParameterDescription| {
         let mut control = json!(parameter);
         control["writable"] = json!(written.contains(&parameter.name));
         control
     };
     let variant = |variant: &VariantChoices| json!(variant);
-    let effect = |effect: &Applicable| {
+    let effect = |effect: &ApplicableEffect| {
         let is_applied = applied.contains(&effect.name);
         json!({ "name": effect.name, "doc": effect.doc, "applied": is_applied })
     };
@@ -35,7 +35,7 @@ pub(crate) fn controls(
 }
 
 /// The results of a run, in words.
-pub(crate) fn run(simulated: &Simulated) -> Value {
+pub(crate) fn run(simulated: &SimulationResult) -> Value {
     let (headline, agreement) = simulated.in_words();
     json!({
         "headline": headline,
@@ -50,7 +50,7 @@ pub fn of_error(error: &WorkError) -> Value {
     let mut texts = serde_json::Map::new();
     if let WorkError::Diagnosed { sources, .. } = error {
         for source in sources.iter() {
-            let is_meant = |place: &dgd_work::Spot| place.file == source.name;
+            let is_meant = |place: &dgd_work::TextSpot| place.file == source.name;
             let is_shown = mistakes.iter().any(|mistake| mistake.places.iter().any(is_meant));
             if is_shown && source.text.len() <= LONGEST_TEXT {
                 texts.insert(source.name.clone(), json!(source.text));

@@ -10,10 +10,11 @@ use dgd_data::open::read_text;
 use dgd_identify::{Monitor, Progress};
 use dgd_runtime::RunMonitor;
 use dgd_runtime::signature::number::with_unit;
-use dgd_work::check::Description;
+use dgd_work::check::ModelDescription;
 use dgd_work::{
-    Applicable, Choices, FitRequest, Listener, Mistake, Prepared, Remark, RunRequest,
-    SensitivityRequest, Session, Simulated, WorkError, applicable, fit, prepare, sensitivity,
+    ApplicableEffect, FitRequest, Mistake, ModelChoices, PreparedRun, Remark, Reporter, RunRequest,
+    SensitivityRequest, SimulationResult, TaskContext, WorkError, applicable, fit, prepare,
+    sensitivity,
 };
 use serde_json::{Value, json};
 
@@ -40,8 +41,8 @@ struct ReadyModel {
     /// Parameters whose values are in the text.
     written: Vec<String>,
     /// Effects that can be applied to it.
-    effects: Vec<Applicable>,
-    prepared: Prepared,
+    effects: Vec<ApplicableEffect>,
+    prepared: PreparedRun,
 }
 
 /// A model for interactive use.
@@ -77,7 +78,7 @@ impl ModelBench {
 
     /// The initial data of a page.
     pub fn first(&self) -> Value {
-        let Choices { variant, apply, .. } = &self.request.choices;
+        let ModelChoices { variant, apply, .. } = &self.request.choices;
         let pairs = variant.iter().filter_map(|text| text.split_once('='));
         let variant: BTreeMap<&str, &str> = pairs.map(|(a, b)| (a.trim(), b.trim())).collect();
         let data = self.request.data.as_ref().map(|data| data.display().to_string());
@@ -110,7 +111,7 @@ impl ModelBench {
     /// The answer to a page, as JSON, from the current files; a stopped answer says that it is superseded.
     pub fn answer(&mut self, ask: &PageRequest, files: &dyn FileSystem) -> String {
         let ear = RemarkListener { stop: self.stop, remarks: Mutex::new(Vec::new()) };
-        let session = Session::new(&ear).with_files(files);
+        let session = TaskContext::new(&ear).with_files(files);
         let answered = match ask.act {
             PageAction::Run => self.run(ask, session),
             PageAction::Sensitivities => self.sensitivities(ask, session),
@@ -126,7 +127,11 @@ impl ModelBench {
         answered.to_json(&remarks)
     }
 
-    fn run(&mut self, ask: &PageRequest, session: Session<'_>) -> Result<ChartedAnswer, WorkError> {
+    fn run(
+        &mut self,
+        ask: &PageRequest,
+        session: TaskContext<'_>,
+    ) -> Result<ChartedAnswer, WorkError> {
         let simulated = self.simulate(ask, session)?;
         let ready = self.ready(ask, session)?;
         let ReadyModel { text, written, effects, prepared, .. } = &self.ready[ready];
@@ -144,7 +149,7 @@ impl ModelBench {
     fn sensitivities(
         &self,
         ask: &PageRequest,
-        session: Session<'_>,
+        session: TaskContext<'_>,
     ) -> Result<ChartedAnswer, WorkError> {
         let Some(description) = self.described(ask) else {
             return Ok(ChartedAnswer::new(json!({ "ok": true, "markup": "" })));
@@ -170,7 +175,7 @@ impl ModelBench {
     fn keep(
         &mut self,
         ask: &PageRequest,
-        session: Session<'_>,
+        session: TaskContext<'_>,
     ) -> Result<ChartedAnswer, WorkError> {
         if self.kept.len() == MOST_KEPT {
             return Err(WorkError::Usage(format!(
@@ -192,7 +197,11 @@ impl ModelBench {
         ChartedAnswer::new(json!({ "ok": true, "left": kept.collect::<Vec<_>>() }))
     }
 
-    fn fit(&mut self, ask: &PageRequest, session: Session<'_>) -> Result<ChartedAnswer, WorkError> {
+    fn fit(
+        &mut self,
+        ask: &PageRequest,
+        session: TaskContext<'_>,
+    ) -> Result<ChartedAnswer, WorkError> {
         self.ready(ask, session)?;
         let run = self.request_of(ask);
         let Some(data) = run.data else {
@@ -211,8 +220,8 @@ impl ModelBench {
     fn simulate(
         &mut self,
         ask: &PageRequest,
-        session: Session<'_>,
-    ) -> Result<Simulated, WorkError> {
+        session: TaskContext<'_>,
+    ) -> Result<SimulationResult, WorkError> {
         let position = self.ready(ask, session)?;
         let values = self.known_values(ask);
         self.ready[position].prepared.simulate(&values)
@@ -233,7 +242,7 @@ impl ModelBench {
     }
 
     /// The position of the compiled model with these choices, compiled if necessary.
-    fn ready(&mut self, ask: &PageRequest, session: Session<'_>) -> Result<usize, WorkError> {
+    fn ready(&mut self, ask: &PageRequest, session: TaskContext<'_>) -> Result<usize, WorkError> {
         let chosen = chosen_by(ask);
         if let Some(at) = self.ready.iter().position(|ready| ready.chosen == chosen) {
             return Ok(at);
@@ -259,7 +268,7 @@ impl ModelBench {
     }
 
     /// The description of the model with these choices, if it is compiled.
-    fn described(&self, ask: &PageRequest) -> Option<&Description> {
+    fn described(&self, ask: &PageRequest) -> Option<&ModelDescription> {
         let ready = self.ready.iter().find(|ready| ready.chosen == chosen_by(ask))?;
         Some(&ready.prepared.description)
     }
@@ -341,11 +350,13 @@ impl Monitor for RemarkListener {
     }
 }
 
-impl Listener for RemarkListener {
+impl Reporter for RemarkListener {
     fn remark(&self, remark: Remark<'_>) {
         let words = match remark {
             Remark::Words(words) => words.to_owned(),
-            Remark::Diagnostic(diagnostic, sources) => Mistake::of(diagnostic, sources).message,
+            Remark::Diagnostic(diagnostic, sources) => {
+                Mistake::from_diagnostic(diagnostic, sources).message
+            }
             // A kind of remark that is not known here.
             _ => return,
         };

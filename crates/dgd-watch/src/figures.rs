@@ -5,7 +5,7 @@ use std::collections::BTreeSet;
 use dgd_compiler::units::parse_unit;
 use dgd_page::{ChartLink, LiveCharts, Markup};
 use dgd_plot::{Figure, MathText, Panel, PlotSeries, SeriesMeaning, SeriesStyle};
-use dgd_work::{Sensitivities, Simulated};
+use dgd_work::{Sensitivities, SimulationResult};
 
 /// Headings of the figures of a run.
 const HEADINGS: [&str; 3] = ["Outputs", "Measured less simulated", "Other quantities"];
@@ -32,7 +32,7 @@ pub(crate) struct SectionCharts {
 
 /// Charts of a run, with the curves of others beside its own.
 pub(crate) fn of_run(
-    simulated: &Simulated,
+    simulated: &SimulationResult,
     kept: &[&KeptCurves],
     have: &BTreeSet<String>,
 ) -> SectionCharts {

@@ -7,7 +7,7 @@ use std::path::PathBuf;
 use std::time::Instant;
 
 use dgd_data::{DataColumns, DiskFiles, InMemory, LayeredFiles};
-use dgd_work::{RunRequest, Session, Silent, SimulateRequest, WorkError, simulate};
+use dgd_work::{RunRequest, SilentReporter, SimulateRequest, TaskContext, WorkError, simulate};
 
 /// Timed calls.
 const CALLS: usize = 60;
@@ -20,7 +20,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let text = std::fs::read_to_string(&data)?;
     let above = InMemory::default().with_columns("columns", columns(&text));
     let files = LayeredFiles { above: &above, below: &DiskFiles };
-    let session = Session::new(&Silent).with_files(&files);
+    let session = TaskContext::new(&SilentReporter).with_files(&files);
     for (name, path) in [("file", data.as_str()), ("columns", "columns")] {
         let mut run = RunRequest::new(&model);
         run.data = Some(PathBuf::from(path));

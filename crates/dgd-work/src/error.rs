@@ -33,7 +33,7 @@ pub enum WorkError {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize)]
 #[serde(rename_all = "snake_case")]
 #[non_exhaustive]
-pub enum Class {
+pub enum MistakeClass {
     /// The model or the data has mistakes: exit code 1 of the command line.
     Data,
     /// The request is invalid: exit code 2.
@@ -45,7 +45,7 @@ pub enum Class {
 /// The outcome of a task that has a result.
 #[derive(Debug, Clone, PartialEq, Eq)]
 #[non_exhaustive]
-pub enum Ended {
+pub enum TaskEnd {
     /// It completed.
     Done,
     /// The search found something to report: exit code 1 of the command line.
@@ -64,26 +64,26 @@ pub struct Mistake {
     /// The message.
     pub message: String,
     /// Its places, the most important first.
-    pub places: Vec<Spot>,
+    pub places: Vec<TextSpot>,
     /// Advice.
     pub help: Option<String>,
     /// The fix as a change of the text.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub fix: Option<Correction>,
+    pub fix: Option<TextCorrection>,
 }
 
 /// A change of the text that fixes a mistake.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
-pub struct Correction {
+pub struct TextCorrection {
     /// Whether `dgd check --fix` writes it.
     pub safe: bool,
     /// The places, each with its replacement as `text`.
-    pub edits: Vec<Spot>,
+    pub edits: Vec<TextSpot>,
 }
 
 /// A place in a text.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
-pub struct Spot {
+pub struct TextSpot {
     /// The file, as it was given.
     pub file: String,
     /// The line where it begins, from 1.
@@ -100,9 +100,9 @@ pub struct Spot {
 
 impl Mistake {
     /// A diagnostic for programs.
-    pub fn of(diagnostic: &Diagnostic, sources: &SourceMap) -> Self {
+    pub fn from_diagnostic(diagnostic: &Diagnostic, sources: &SourceMap) -> Self {
         let entry = render::entry(diagnostic, sources);
-        let spot = |place: render::EditorLocation| Spot {
+        let spot = |place: render::EditorLocation| TextSpot {
             file: place.file,
             line: place.line,
             column: place.column,
@@ -111,7 +111,7 @@ impl Mistake {
             text: place.text,
         };
         let places = entry.places.into_iter().map(spot).collect();
-        let fix = entry.fix.map(|fix| Correction {
+        let fix = entry.fix.map(|fix| TextCorrection {
             safe: fix.is_safe,
             edits: fix.edits.into_iter().map(spot).collect(),
         });
@@ -127,20 +127,21 @@ impl WorkError {
     }
 
     /// The class of the mistake.
-    pub fn class(&self) -> Class {
+    pub fn class(&self) -> MistakeClass {
         match self {
-            WorkError::Diagnosed { .. } | WorkError::Found(_) => Class::Data,
-            WorkError::Usage(_) => Class::Usage,
-            WorkError::Computation(_) | WorkError::Interrupted(_) => Class::Computation,
+            WorkError::Diagnosed { .. } | WorkError::Found(_) => MistakeClass::Data,
+            WorkError::Usage(_) => MistakeClass::Usage,
+            WorkError::Computation(_) | WorkError::Interrupted(_) => MistakeClass::Computation,
         }
     }
 
     /// The mistakes that have a place.
     pub fn mistakes(&self) -> Vec<Mistake> {
         match self {
-            WorkError::Diagnosed { diagnostics, sources } => {
-                diagnostics.iter().map(|diagnostic| Mistake::of(diagnostic, sources)).collect()
-            }
+            WorkError::Diagnosed { diagnostics, sources } => diagnostics
+                .iter()
+                .map(|diagnostic| Mistake::from_diagnostic(diagnostic, sources))
+                .collect(),
             _ => Vec::new(),
         }
     }

@@ -18,8 +18,8 @@
 //!   AdoptRequest    ─ adopt ────► Adopted        a discovered formula for the library
 //! ```
 //!
-//! A request has a field for each option, with the defaults of the command line. The caller also passes a [`Session`]:
-//! a seed, a number of threads, and a [`Listener`], which receives remarks and progress and may cancel the task. A
+//! A request has a field for each option, with the defaults of the command line. The caller also passes a [`TaskContext`]:
+//! a seed, a number of threads, and a [`Reporter`], which receives remarks and progress and may cancel the task. A
 //! result serialises, and its tables, texts, figures and files derive from it alone. A failure is a [`WorkError`] with
 //! its class, message, place and advice.
 //!
@@ -61,30 +61,34 @@ pub mod simulate;
 mod tests;
 pub mod track;
 
-pub use check::{Checked, check};
-pub use discover::invert::{self, Missing, Twin, invert};
-pub use discover::{Adopted, Discovered, adopt, discover};
-pub use error::{Class, Correction, Ended, Mistake, Spot, WorkError, meant};
-pub use fit::compare::{self, Comparison, compare};
+pub use check::{CheckedModel, check};
+pub use discover::invert::{self, InvertedReport, TwinInput, invert};
+pub use discover::{AdoptedFile, DiscoveryResult, adopt, discover};
+pub use error::{Mistake, MistakeClass, TaskEnd, TextCorrection, TextSpot, WorkError, meant};
+pub use fit::compare::{self, FitComparison, compare};
 pub use fit::objective::{Objective, objective};
-pub use fit::{FitFigure, Fitted, fit};
-pub use linearize::{Linearised, linearize};
-pub use model::effects::{Applicable, FOLDER, applicable, load_folder};
-pub use model::{Changed, LoadedModel, digest_of_texts, load};
-pub use output::columns::{Kind, NamedColumn, TimeTable};
+pub use fit::{FitFigure, FitResult, fit};
+pub use linearize::{LinearModelReport, linearize};
+pub use model::effects::{ApplicableEffect, FOLDER, applicable, load_folder};
+pub use model::{ChangedTrees, LoadedModel, digest_of_texts, load};
+pub use output::columns::{ColumnKind, NamedColumn, TimeTable};
 pub use output::json_text;
 pub use output::provenance::{DataFile, Provenance, SCHEMA_VERSION};
 pub use output::quantity::{shown, shown_like, with_unit};
 pub use request::{
-    AdoptRequest, CheckRequest, Choices, CompareRequest, DiscoverRequest, Engine, Estimator,
-    FitRequest, IntervalRequest, InvertRequest, Keep, LinearizeAt, LinearizeRequest, NoiseFrom,
-    Normalise, RegressionRequest, RunRequest, ScreenRequest, SearchRequest, SensitivityRequest,
-    SimulateRequest, Solve, Sought, Start, TrackRequest, Tracker,
+    AdoptRequest, CheckRequest, CompareRequest, DiscoverRequest, Engine, Estimator, FitRequest,
+    FreeParameters, IntervalRequest, InvertRequest, JournalChoice, LinearizeAt, LinearizeRequest,
+    ModelChoices, NoiseFrom, Normalise, RegressionRequest, RunRequest, ScreenRequest,
+    SearchRequest, SensitivityRequest, SimulateRequest, SolverOptions, StartChoice, TrackRequest,
+    TrackerKind,
 };
-pub use run::Measured;
-pub use run::equations::{At, Equations, equations};
-pub use screen::{Screenings, screen};
+pub use run::MeasuredOutputs;
+pub use run::equations::{EquationPoint, ModelEquations, equations};
+pub use screen::{ScreeningResults, screen};
 pub use sensitivity::{Sensitivities, sensitivity};
-pub use session::{Listener, Remark, Remarks, Session, Silent};
-pub use simulate::{Ensemble, Field, Prepared, Simulated, Sweep, prepare, simulate, simulate_each};
-pub use track::{LineFormat, Tracked, track};
+pub use session::{Remark, Remarks, Reporter, SilentReporter, TaskContext};
+pub use simulate::{
+    EnsembleRuns, PreparedRun, SimulationResult, SpaceTimeField, Sweep, prepare, simulate,
+    simulate_each,
+};
+pub use track::{LineFormat, TrackingResult, track};

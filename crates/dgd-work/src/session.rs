@@ -13,7 +13,7 @@ use crate::error::WorkError;
 ///
 /// Remarks are notes in addition to the result. [`Monitor`] receives the progress of long computations and stops them at
 /// their best so far.
-pub trait Listener: Monitor {
+pub trait Reporter: Monitor {
     /// Receives a remark as soon as it arises.
     fn remark(&self, remark: Remark<'_>);
 
@@ -68,9 +68,9 @@ impl Remark<'_> {
 
 /// Ignores everything and never cancels.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
-pub struct Silent;
+pub struct SilentReporter;
 
-impl Monitor for Silent {
+impl Monitor for SilentReporter {
     fn advanced(&self, _progress: Progress) {}
 
     fn is_stopped(&self) -> bool {
@@ -78,7 +78,7 @@ impl Monitor for Silent {
     }
 }
 
-impl Listener for Silent {
+impl Reporter for SilentReporter {
     fn remark(&self, _remark: Remark<'_>) {}
 
     fn hears_remarks(&self) -> bool {
@@ -107,7 +107,7 @@ impl Monitor for Remarks {
     }
 }
 
-impl Listener for Remarks {
+impl Reporter for Remarks {
     fn remark(&self, remark: Remark<'_>) {
         if let Ok(mut all) = self.all.lock() {
             all.push(remark.to_text());
@@ -118,40 +118,40 @@ impl Listener for Remarks {
 /// The context of a task.
 #[derive(Debug, Clone, Copy)]
 #[non_exhaustive]
-pub struct Session<'a> {
+pub struct TaskContext<'a> {
     /// Seed of everything random: equal requests and seeds give equal results.
     pub seed: u64,
     /// Threads for tasks with many simulations; results do not depend on their number.
     pub threads: usize,
     /// Receives remarks and progress.
-    pub listener: &'a dyn Listener,
+    pub listener: &'a dyn Reporter,
     /// Source of models, effects and recordings.
     pub files: &'a dyn FileSystem,
 }
 
-impl<'a> Session<'a> {
+impl<'a> TaskContext<'a> {
     /// Seed 0, all processors, files on disk, and this listener.
-    pub fn new(listener: &'a dyn Listener) -> Self {
+    pub fn new(listener: &'a dyn Reporter) -> Self {
         let threads = std::thread::available_parallelism().map_or(1, std::num::NonZero::get);
-        Session { seed: 0, threads, listener, files: &DiskFiles }
+        TaskContext { seed: 0, threads, listener, files: &DiskFiles }
     }
 
     /// The same session with another seed.
     #[must_use]
     pub fn with_seed(self, seed: u64) -> Self {
-        Session { seed, ..self }
+        TaskContext { seed, ..self }
     }
 
     /// The same session with this number of threads.
     #[must_use]
     pub fn with_threads(self, threads: usize) -> Self {
-        Session { threads, ..self }
+        TaskContext { threads, ..self }
     }
 
     /// The same session with other files.
     #[must_use]
     pub fn with_files(self, files: &'a dyn FileSystem) -> Self {
-        Session { files, ..self }
+        TaskContext { files, ..self }
     }
 
     /// Sends a remark.
@@ -169,7 +169,7 @@ impl<'a> Session<'a> {
         self.listener.remark(Remark::Diagnostic(diagnostic, sources));
     }
 
-    /// Calls [`Listener::has_read`].
+    /// Calls [`Reporter::has_read`].
     ///
     /// # Errors
     ///

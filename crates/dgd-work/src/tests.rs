@@ -8,9 +8,9 @@ use dgd_identify::{Monitor, Progress};
 use serde_json::Value;
 
 use crate::{
-    CheckRequest, DiscoverRequest, FitRequest, LinearizeAt, LinearizeRequest, Listener, Remark,
-    RunRequest, ScreenRequest, SensitivityRequest, Session, Silent, SimulateRequest, check,
-    discover, fit, linearize, screen, sensitivity, simulate,
+    CheckRequest, DiscoverRequest, FitRequest, LinearizeAt, LinearizeRequest, Remark, Reporter,
+    RunRequest, ScreenRequest, SensitivityRequest, SilentReporter, SimulateRequest, TaskContext,
+    check, discover, fit, linearize, screen, sensitivity, simulate,
 };
 
 const MODEL: &str = "\
@@ -71,7 +71,7 @@ fn recorded(seed: u64) -> Vec<u8> {
     run.choices.apply = vec!["leak".to_owned()];
     let mut request = SimulateRequest::new(run);
     request.noise_seed = Some(seed);
-    let session = Session::new(&Silent).with_files(&files);
+    let session = TaskContext::new(&SilentReporter).with_files(&files);
     let simulated = simulate(&request, session).unwrap_or_else(|error| panic!("{error}"));
     let mut csv = Vec::new();
     simulated.table.write_csv(&mut csv).expect("memory can be written to");
@@ -85,7 +85,7 @@ fn recordings() -> InMemory {
 /// The results of every task on the rig.
 fn worked(files: &dyn FileSystem, root: &str) -> Vec<Value> {
     let path = |name: &str| PathBuf::from(root).join(name);
-    let session = Session::new(&Silent).with_files(files).with_threads(1);
+    let session = TaskContext::new(&SilentReporter).with_files(files).with_threads(1);
     let mut run = RunRequest::new(path("rig/tank.dgd"));
     run.data = Some(path("rig/monday.csv"));
     let monday = vec![path("rig/monday.csv")];
@@ -134,7 +134,7 @@ fn what_is_hidden_in_texts_is_named() {
     let texts = recordings();
     let mut request = DiscoverRequest::new("rig/tank.dgd", vec!["rig/monday.csv".into()]);
     request.valid = vec!["rig/tuesday.csv".into()];
-    let session = Session::new(&Silent).with_files(&texts);
+    let session = TaskContext::new(&SilentReporter).with_files(&texts);
     let discovered = discover(&request, session).unwrap_or_else(|error| panic!("{error}"));
     let names: Vec<&str> = discovered.discovery.effects.iter().map(|e| e.name.as_str()).collect();
     assert_eq!(names, ["leak"], "{}", discovered.to_text(None));
@@ -179,7 +179,7 @@ fn day(room: &str, seed: u64) -> Vec<u8> {
     run.choices.set = vec!["C=220".to_owned(), "R=18".to_owned()];
     let mut request = SimulateRequest::new(run);
     request.noise_seed = Some(seed);
-    let simulated = simulate(&request, Session::new(&Silent).with_files(&files));
+    let simulated = simulate(&request, TaskContext::new(&SilentReporter).with_files(&files));
     let mut csv = Vec::new();
     let table = simulated.unwrap_or_else(|error| panic!("{error}")).table;
     table.write_csv(&mut csv).expect("memory can be written to");
@@ -192,7 +192,7 @@ fn a_column_that_the_model_lacks_is_found_where_it_acts() {
         .with_file("room.dgd", ROOM)
         .with_file("monday.csv", day(ROOM, 1))
         .with_file("tuesday.csv", day(ROOM, 2));
-    let session = Session::new(&Silent).with_files(&files);
+    let session = TaskContext::new(&SilentReporter).with_files(&files);
     let mut request = DiscoverRequest::new("room.dgd", vec!["monday.csv".into()]);
     request.valid = vec!["tuesday.csv".into()];
     let discovered = discover(&request, session).unwrap_or_else(|error| panic!("{error}"));
@@ -237,7 +237,7 @@ output v [V] = 3.2 [V] + d + k*s - R*i noise 2 [mV]
 
 #[test]
 fn a_start_that_is_fixed_stays_in_a_search_as_in_a_fit() {
-    let session = Session::new(&Silent);
+    let session = TaskContext::new(&SilentReporter);
     let mut files = InMemory::default().with_file("cell.dgd", CELL);
     for (name, seed) in [("monday.csv", 1), ("tuesday.csv", 2)] {
         let rows = (0..400).map(|k| format!("{k},{}\n", [10, 0, 20, 5, 15][(k / 20 + seed) % 5]));
@@ -292,7 +292,7 @@ fn start_values_of_elements_are_estimated_where_asked() {
     let rows = (0..100).map(|k| format!("{},{}\n", 2 * k, k / 20 % 2));
     let inputs = rows.fold("time [s],q [kW]\n".to_owned(), |all, row| all + &row);
     let mut files = InMemory::default().with_file("bodies.dgd", BODIES).with_file("q.csv", inputs);
-    let session = Session::new(&Silent);
+    let session = TaskContext::new(&SilentReporter);
     let mut run = RunRequest::new("bodies.dgd");
     run.data = Some("q.csv".into());
     run.choices.set = vec!["T=(35, 20, 10)".to_owned(), "k=0.14".to_owned()];
@@ -338,7 +338,7 @@ impl Monitor for Impatient {
     }
 }
 
-impl Listener for Impatient {
+impl Reporter for Impatient {
     fn remark(&self, _remark: Remark<'_>) {}
 }
 
@@ -347,7 +347,7 @@ fn a_search_that_is_stopped_has_a_result_that_says_so() {
     let texts = recordings();
     let mut request = DiscoverRequest::new("rig/tank.dgd", vec!["rig/monday.csv".into()]);
     request.valid = vec!["rig/tuesday.csv".into()];
-    let session = Session::new(&Impatient).with_files(&texts);
+    let session = TaskContext::new(&Impatient).with_files(&texts);
     let discovered = discover(&request, session).unwrap_or_else(|error| panic!("{error}"));
     assert!(discovered.discovery.is_cut_short && discovered.discovery.effects.is_empty());
     assert!(
@@ -393,7 +393,7 @@ fn columns_give_what_their_text_gives() {
 #[test]
 fn a_missing_text_is_told_by_its_name() {
     let texts = InMemory::default().with_file("rig/tank.dgd", MODEL);
-    let session = Session::new(&Silent).with_files(&texts);
+    let session = TaskContext::new(&SilentReporter).with_files(&texts);
     let error = |path: &str| match check(&CheckRequest::new(path), session) {
         Ok(_) => panic!("`{path}` is not there"),
         Err(error) => error.to_string(),
@@ -407,10 +407,10 @@ fn a_missing_text_is_told_by_its_name() {
 #[test]
 fn a_program_is_compiled_once_for_all_threads() {
     let texts = recordings();
-    let session = Session::new(&Silent).with_files(&texts);
+    let session = TaskContext::new(&SilentReporter).with_files(&texts);
     let path = PathBuf::from("rig/tank.dgd");
     let directions = dgd_compiler::pipeline::SensitivityDirections::All;
-    let model = crate::load(&path, &crate::Choices::default(), &directions, session);
+    let model = crate::load(&path, &crate::ModelChoices::default(), &directions, session);
     let program = model.unwrap_or_else(|error| panic!("{error}")).compiled.program;
     let rates: Vec<f64> = std::thread::scope(|scope| {
         let threads: Vec<_> = (0..4)

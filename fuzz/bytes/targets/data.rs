@@ -1,12 +1,12 @@
 //! Arbitrary bytes as a recording: it is read or refused.
 #![no_main]
 
-use dgd_data as data;
 use dgd_compiler::diagnostics::{Diagnostics, render};
-use dgd_compiler::source::Sources;
+use dgd_compiler::source::SourceMap;
+use dgd_data as data;
 
 libfuzzer_sys::fuzz_target!(|bytes: &[u8]| {
-    let (mut sources, mut diagnostics) = (Sources::default(), Diagnostics::default());
+    let (mut sources, mut diagnostics) = (SourceMap::default(), Diagnostics::default());
     let table = data::read_from("d.csv", bytes, &mut sources, &mut diagnostics);
     assert_eq!(table.is_err(), !diagnostics.sorted().is_empty());
     if let Ok(table) = &table {

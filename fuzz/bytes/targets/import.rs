@@ -3,19 +3,20 @@
 
 use dgd_compiler::diagnostics::{Diagnostics, render};
 use dgd_compiler::model::ModelOptions;
-use dgd_compiler::pipeline::{Directions, compile};
-use dgd_compiler::source::{Source, Sources};
+use dgd_compiler::pipeline::{SensitivityDirections, compile};
+use dgd_compiler::source::{SourceMap, SourceText};
 
 libfuzzer_sys::fuzz_target!(|bytes: &[u8]| {
     let mut parts = bytes.splitn(2, |byte| *byte == 0);
     let mut part = || String::from_utf8_lossy(parts.next().unwrap_or_default()).into_owned();
     let (imported, rest) = (part(), part());
-    let text = format!("model m\nimport \"a.dgd\"\nstate x = 1\nequation e: der(x) = -x/1 [s]\n{rest}");
-    let (mut sources, mut diagnostics) = (Sources::default(), Diagnostics::default());
+    let text =
+        format!("model m\nimport \"a.dgd\"\nstate x = 1\nequation e: der(x) = -x/1 [s]\n{rest}");
+    let (mut sources, mut diagnostics) = (SourceMap::default(), Diagnostics::default());
     let compiled = compile(
-        Source { name: "m.dgd".to_owned(), text },
+        SourceText { name: "m.dgd".to_owned(), text },
         &ModelOptions::default(),
-        &Directions::All,
+        &SensitivityDirections::All,
         &mut |_| Ok(imported.clone()),
         &mut sources,
         &mut diagnostics,

@@ -3,14 +3,14 @@
 
 use std::fs;
 
-use dgd_data::files::journal::{Opening, RunJournal};
+use dgd_data::files::journal::{JournalOpening, RunJournal};
 use dgd_identify::journal::Digest;
 
 libfuzzer_sys::fuzz_target!(|bytes: &[u8]| {
     let path = std::env::temp_dir().join(format!("dgd-fuzz-{}.journal", std::process::id()));
     // The header of a new journal.
     let _ = fs::remove_file(&path);
-    if let Ok((journal, _)) = RunJournal::open(path.clone(), Digest::EMPTY, Opening::Anew) {
+    if let Ok((journal, _)) = RunJournal::open(path.clone(), Digest::EMPTY, JournalOpening::Anew) {
         journal.leave();
     }
     let mut text = fs::read(&path).unwrap_or_default();
@@ -21,14 +21,17 @@ libfuzzer_sys::fuzz_target!(|bytes: &[u8]| {
     }
     if fs::write(&path, text).is_ok() {
         // An unrelated file of that name is kept.
-        let Ok((journal, _)) = RunJournal::open(path.clone(), Digest::EMPTY, Opening::Resume) else {
+        let Ok((journal, _)) =
+            RunJournal::open(path.clone(), Digest::EMPTY, JournalOpening::Resume)
+        else {
             return;
         };
         journal.leave();
         drop(journal);
         // A truncated record is dropped; the second time nothing is.
         let kept = fs::read(&path).unwrap_or_default();
-        let again = RunJournal::open(path.clone(), Digest::EMPTY, Opening::Resume).expect("a journal");
+        let again = RunJournal::open(path.clone(), Digest::EMPTY, JournalOpening::Resume)
+            .expect("a journal");
         again.0.leave();
         drop(again);
         assert_eq!(fs::read(&path).unwrap_or_default(), kept);

@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 use std::sync::Arc;
 
-use dgd_job::{JobError, Place};
+use dgd_job::{JobError, KeyValueStore};
 use futures_util::TryStreamExt;
 use object_store::aws::{AmazonS3, AmazonS3Builder};
 use object_store::path::Path;
@@ -30,7 +30,7 @@ struct Bucket {
 /// # Errors
 ///
 /// It is not the name of a bucket, or the environment is invalid.
-pub(crate) fn open(name: &str) -> Result<Arc<dyn Place>, JobError> {
+pub(crate) fn open(name: &str) -> Result<Arc<dyn KeyValueStore>, JobError> {
     let error_of = |what: String| JobError(format!("`{name}`: {what}"));
     let rest = name.strip_prefix("s3://").unwrap_or(name).trim_end_matches('/');
     let (bucket, folder) = rest.split_once('/').unwrap_or((rest, ""));
@@ -88,7 +88,7 @@ impl Bucket {
     }
 }
 
-impl Place for Bucket {
+impl KeyValueStore for Bucket {
     fn read(&self, key: &str) -> Result<Option<String>, JobError> {
         let path = self.at(key);
         let bytes = async { self.store.get(&path).await?.bytes().await };

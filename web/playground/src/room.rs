@@ -6,7 +6,7 @@ use std::path::PathBuf;
 use dgd_compiler::pipeline::SensitivityDirections;
 use dgd_data::InMemory;
 use dgd_watch::{ModelBench, PageRequest, of_error};
-use dgd_work::{Engine, RunRequest, Session, Silent, WorkError, load, prepare};
+use dgd_work::{Engine, RunRequest, SilentReporter, TaskContext, WorkError, load, prepare};
 use serde::Deserialize;
 use serde_json::{Value, json};
 
@@ -72,8 +72,8 @@ impl Room {
         }
     }
 
-    fn session(&self) -> Session<'_> {
-        Session::new(&Silent).with_files(&self.files).with_threads(1)
+    fn session(&self) -> TaskContext<'_> {
+        TaskContext::new(&SilentReporter).with_files(&self.files).with_threads(1)
     }
 
     fn done(&mut self, message: Message) -> Result<Value, WorkError> {

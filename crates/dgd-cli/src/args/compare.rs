@@ -5,7 +5,7 @@ use std::path::Path;
 use clap::Args;
 use dgd_work::CompareRequest;
 
-use super::{Given, SolveArgs};
+use super::{RecordingArgs, SolveArgs};
 use crate::command_line::command_line;
 use crate::numbers::count;
 
@@ -17,7 +17,7 @@ pub(crate) struct CompareArgs {
     #[arg(value_name = "CONTENDER", required = true, num_args = 2..)]
     pub contenders: Vec<String>,
     #[command(flatten)]
-    pub given: Given,
+    pub given: RecordingArgs,
     /// Set a constant, a parameter or a start value, as in `c0=280` or 'F2=1.8e8 [Pa*s^2/m^6]', in every contender that
     /// has it
     #[arg(long, value_name = "NAME=VALUE")]

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use clap::Args;
 
-use super::{Choices, Given, SolveArgs};
+use super::{ChoiceArgs, RecordingArgs, SolveArgs};
 
 /// Arguments of `discover`.
 #[derive(Debug, Args)]
@@ -12,9 +12,9 @@ pub(crate) struct DiscoverArgs {
     /// The model file
     pub model: PathBuf,
     #[command(flatten)]
-    pub choices: Choices,
+    pub choices: ChoiceArgs,
     #[command(flatten)]
-    pub given: Given,
+    pub given: RecordingArgs,
     /// Another folder of effects, in addition to `effects` beside the model; repeatable
     #[arg(long, value_name = "DIR")]
     pub effects: Vec<PathBuf>,

@@ -7,7 +7,7 @@ use dgd_identify::{DrawnFrom, Loss};
 use dgd_work::{FitRequest, LinearizeAt};
 
 use super::single::place;
-use super::{Choices, Given, SolveArgs};
+use super::{ChoiceArgs, RecordingArgs, SolveArgs};
 use crate::command_line::command_line;
 use crate::numbers::{count, count_or_none, not_negative, positive, time, whole};
 
@@ -17,15 +17,15 @@ pub(crate) struct FitArgs {
     /// The model file
     pub model: PathBuf,
     #[command(flatten)]
-    pub choices: Choices,
+    pub choices: ChoiceArgs,
     #[command(flatten)]
-    pub given: Given,
+    pub given: RecordingArgs,
     /// Outputs to fit [default: all measured ones]
     #[arg(long, value_name = "NAMES", value_delimiter = ',')]
     pub outputs: Vec<String>,
     /// Where the weights of the outputs come from
-    #[arg(long, value_enum, default_value_t = NoiseFrom::Estimated)]
-    pub noise: NoiseFrom,
+    #[arg(long, value_enum, default_value_t = NoiseArg::Estimated)]
+    pub noise: NoiseArg,
     /// Maximum number of simulations in a search, or of evaluations without simulations [default: 200;
     /// regressions 2000, models without states 5000]
     #[arg(long, value_name = "N", value_parser = count, allow_negative_numbers = true)]
@@ -42,7 +42,7 @@ pub(crate) struct FitArgs {
 
 /// Where the weights of the outputs come from.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-pub(crate) enum NoiseFrom {
+pub(crate) enum NoiseArg {
     /// The noise declared in the model; for outputs that declare none, the residuals of the fit
     Declared,
     /// The residuals of each output, refitted until the weights no longer change
@@ -51,7 +51,7 @@ pub(crate) enum NoiseFrom {
 
 /// How parameters are estimated.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-pub(crate) enum Estimator {
+pub(crate) enum EstimatorArg {
     /// Output error: simulate each recording from its start; initial values are estimated too
     OutputError,
     /// Output error of the model linearised at an operating point, `--at`
@@ -75,8 +75,8 @@ pub(crate) enum Estimator {
 #[derive(Debug, Clone, Args)]
 pub(crate) struct RegressionArgs {
     /// Parameter estimator
-    #[arg(long, value_enum, value_name = "NAME", default_value_t = Estimator::OutputError)]
-    pub estimator: Estimator,
+    #[arg(long, value_enum, value_name = "NAME", default_value_t = EstimatorArg::OutputError)]
+    pub estimator: EstimatorArg,
     /// Linearised: operating point of each recording: a time in s since the data's first sample, `steady`
     /// (steady state with the inputs of the first time) or `mean` (steady state with the mean inputs)
     /// [default: mean]
@@ -104,13 +104,13 @@ pub(crate) struct RegressionArgs {
     #[arg(long, value_name = "R0", value_parser = positive, allow_hyphen_values = true)]
     pub most_variance: Option<f64>,
     /// Recursive: n_s² in the normalisation m² = 1 + n_s²
-    #[arg(long, value_enum, value_name = "NAME", default_value_t = Normalise::None)]
-    pub normalise: Normalise,
+    #[arg(long, value_enum, value_name = "NAME", default_value_t = NormaliseArg::None)]
+    pub normalise: NormaliseArg,
 }
 
 /// The definition of n_s².
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-pub(crate) enum Normalise {
+pub(crate) enum NormaliseArg {
     /// Zero: m is 1
     None,
     /// φᵀφ
@@ -178,28 +178,28 @@ pub(crate) struct IntervalArgs {
     pub information: bool,
 }
 
-impl Estimator {
+impl EstimatorArg {
     fn request(self) -> dgd_work::Estimator {
         use dgd_work::Estimator as Work;
         match self {
-            Estimator::OutputError => Work::OutputError,
-            Estimator::Linearised => Work::Linearised,
-            Estimator::PredictionError => Work::PredictionError,
-            Estimator::LeastSquares => Work::LeastSquares,
-            Estimator::Bounded => Work::Bounded,
-            Estimator::Separable => Work::Separable,
-            Estimator::NelderMead => Work::NelderMead,
-            Estimator::Recursive => Work::Recursive,
+            EstimatorArg::OutputError => Work::OutputError,
+            EstimatorArg::Linearised => Work::Linearised,
+            EstimatorArg::PredictionError => Work::PredictionError,
+            EstimatorArg::LeastSquares => Work::LeastSquares,
+            EstimatorArg::Bounded => Work::Bounded,
+            EstimatorArg::Separable => Work::Separable,
+            EstimatorArg::NelderMead => Work::NelderMead,
+            EstimatorArg::Recursive => Work::Recursive,
         }
     }
 }
 
-impl Normalise {
+impl NormaliseArg {
     fn request(self) -> dgd_work::Normalise {
         match self {
-            Normalise::None => dgd_work::Normalise::None,
-            Normalise::Regressors => dgd_work::Normalise::Regressors,
-            Normalise::Covariance => dgd_work::Normalise::Covariance,
+            NormaliseArg::None => dgd_work::Normalise::None,
+            NormaliseArg::Regressors => dgd_work::Normalise::Regressors,
+            NormaliseArg::Covariance => dgd_work::Normalise::Covariance,
         }
     }
 }
@@ -224,8 +224,8 @@ impl FitArgs {
         request.sought = self.given.sought.request();
         request.outputs.clone_from(&self.outputs);
         request.noise = match self.noise {
-            NoiseFrom::Declared => dgd_work::NoiseFrom::Declared,
-            NoiseFrom::Estimated => dgd_work::NoiseFrom::Estimated,
+            NoiseArg::Declared => dgd_work::NoiseFrom::Declared,
+            NoiseArg::Estimated => dgd_work::NoiseFrom::Estimated,
         };
         request.keep = self.given.keep(out);
         request.evaluations = self.evaluations;

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use clap::Args;
 use dgd_work::{InvertRequest, RunRequest};
 
-use super::{Choices, SolveArgs};
+use super::{ChoiceArgs, SolveArgs};
 use crate::numbers::time;
 
 /// Arguments of `invert`.
@@ -14,7 +14,7 @@ pub(crate) struct InvertArgs {
     /// The model file
     pub model: PathBuf,
     #[command(flatten)]
-    pub choices: Choices,
+    pub choices: ChoiceArgs,
     /// Inputs and measured outputs
     #[arg(long, value_name = "FILE", required = true)]
     pub data: PathBuf,

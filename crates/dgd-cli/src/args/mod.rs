@@ -28,11 +28,11 @@ pub(crate) use job::{JobAction, JobArgs, JobPlaceArgs, JobRunArgs};
 pub(crate) use new::NewArgs;
 use screen::ScreenArgs;
 pub(crate) use single::{LinearizeArgs, RunArgs, SensitivityArgs, SimulateArgs};
-pub(crate) use solve::{Choices, Given, SolveArgs, Sought, Start};
+pub(crate) use solve::{ChoiceArgs, FreeArgs, RecordingArgs, SolveArgs, StartArg};
 pub(crate) use text::{
-    CheckArgs, CompletionsArgs, EmitArgs, ExplainArgs, FmtArgs, LspArgs, ManArgs, Stage,
+    CheckArgs, CompilerStage, CompletionsArgs, EmitArgs, ExplainArgs, FmtArgs, LspArgs, ManArgs,
 };
-pub(crate) use track::{TrackArgs, Tracker};
+pub(crate) use track::{TrackArgs, TrackerArg};
 pub(crate) use watch::WatchArgs;
 
 /// Check, simulate, differentiate and fit models written in a small equation language
@@ -42,23 +42,23 @@ pub(crate) use watch::WatchArgs;
 #[command(name = "dgd", version, max_term_width = 100)]
 pub(crate) struct Cli {
     #[command(flatten)]
-    pub global: Global,
+    pub global: GlobalArgs,
     #[command(subcommand)]
     pub command: Command,
 }
 
 /// Options of every command.
 #[derive(Debug, Args)]
-pub(crate) struct Global {
+pub(crate) struct GlobalArgs {
     /// Output format of results and diagnostics
-    #[arg(long, global = true, value_enum, default_value_t = Format::Text)]
-    pub format: Format,
+    #[arg(long, global = true, value_enum, default_value_t = OutputFormat::Text)]
+    pub format: OutputFormat,
     /// Print errors only
     #[arg(long, short, global = true)]
     pub quiet: bool,
     /// When to use colours; `NO_COLOR` is respected
-    #[arg(long, global = true, value_enum, default_value_t = Color::Auto)]
-    pub color: Color,
+    #[arg(long, global = true, value_enum, default_value_t = ColorChoice::Auto)]
+    pub color: ColorChoice,
     /// Seed of the random number generator
     #[arg(long, global = true, value_name = "N", default_value_t = 0, value_parser = whole::<u64>, allow_negative_numbers = true)]
     pub seed: u64,
@@ -78,7 +78,7 @@ pub(crate) struct Global {
 
 /// How results are printed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-pub(crate) enum Format {
+pub(crate) enum OutputFormat {
     /// For people
     Text,
     /// For programs
@@ -87,7 +87,7 @@ pub(crate) enum Format {
 
 /// When to use colours.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-pub(crate) enum Color {
+pub(crate) enum ColorChoice {
     /// On a terminal
     Auto,
     /// Always

@@ -3,63 +3,63 @@
 use std::path::{Path, PathBuf};
 
 use dgd_work::{
-    AdoptRequest, DiscoverRequest, Keep, RunRequest, SensitivityRequest, SimulateRequest, Solve,
-    TrackRequest,
+    AdoptRequest, DiscoverRequest, JournalChoice, RunRequest, SensitivityRequest, SimulateRequest,
+    SolverOptions, TrackRequest,
 };
 
 use super::{
-    AdoptArgs, Choices, DiscoverArgs, Given, RunArgs, SensitivityArgs, SimulateArgs, SolveArgs,
-    Sought, Start, TrackArgs, Tracker,
+    AdoptArgs, ChoiceArgs, DiscoverArgs, FreeArgs, RecordingArgs, RunArgs, SensitivityArgs,
+    SimulateArgs, SolveArgs, StartArg, TrackArgs, TrackerArg,
 };
 use crate::command_line::command_line;
 
-impl Choices {
+impl ChoiceArgs {
     /// The choices as part of a request.
-    pub(crate) fn request(&self) -> dgd_work::Choices {
-        dgd_work::Choices::new(self.variant.clone(), self.set.clone(), self.apply.clone())
+    pub(crate) fn request(&self) -> dgd_work::ModelChoices {
+        dgd_work::ModelChoices::new(self.variant.clone(), self.set.clone(), self.apply.clone())
     }
 }
 
-impl Sought {
+impl FreeArgs {
     /// The estimates as part of a request.
-    pub(crate) fn request(&self) -> dgd_work::Sought {
-        dgd_work::Sought::new(self.free.clone(), self.fix.clone())
+    pub(crate) fn request(&self) -> dgd_work::FreeParameters {
+        dgd_work::FreeParameters::new(self.free.clone(), self.fix.clone())
     }
 }
 
-impl Given {
+impl RecordingArgs {
     /// All recordings, validation last.
     pub(crate) fn all(&self) -> impl Iterator<Item = &PathBuf> {
         self.data.iter().chain(&self.valid)
     }
 
     /// The journal, beside `out`.
-    pub(crate) fn keep(&self, out: Option<&Path>) -> Keep {
-        Keep::new(out.map(Path::to_owned), self.resume)
+    pub(crate) fn keep(&self, out: Option<&Path>) -> JournalChoice {
+        JournalChoice::new(out.map(Path::to_owned), self.resume)
     }
 }
 
-impl From<Start> for dgd_work::Start {
-    fn from(start: Start) -> Self {
+impl From<StartArg> for dgd_work::StartChoice {
+    fn from(start: StartArg) -> Self {
         match start {
             // A steady start is a choice of the model.
-            Start::Model | Start::Steady => dgd_work::Start::Model,
-            Start::Measured => dgd_work::Start::Measured,
+            StartArg::Model | StartArg::Steady => dgd_work::StartChoice::Model,
+            StartArg::Measured => dgd_work::StartChoice::Measured,
         }
     }
 }
 
 impl SolveArgs {
     /// The choices, including a steady start.
-    pub(super) fn choices(&self, choices: &Choices) -> dgd_work::Choices {
+    pub(super) fn choices(&self, choices: &ChoiceArgs) -> dgd_work::ModelChoices {
         let mut choices = choices.request();
-        choices.at_rest = self.start == Start::Steady;
+        choices.at_rest = self.start == StartArg::Steady;
         choices
     }
 
     /// The simulation settings as part of a request.
-    pub(crate) fn request(&self) -> Solve {
-        let mut solve = Solve::default();
+    pub(crate) fn request(&self) -> SolverOptions {
+        let mut solve = SolverOptions::default();
         solve.start = self.start.into();
         solve.rename.clone_from(&self.rename);
         solve.from = self.from;
@@ -140,9 +140,9 @@ impl TrackArgs {
         let mut request = TrackRequest::new(&self.model, &self.data);
         request.choices = self.solve.choices(&self.choices);
         request.estimator = match self.estimator {
-            Tracker::Ekf => dgd_work::Tracker::Ekf,
-            Tracker::Ukf => dgd_work::Tracker::Ukf,
-            Tracker::Recursive => dgd_work::Tracker::Recursive,
+            TrackerArg::Ekf => dgd_work::TrackerKind::Ekf,
+            TrackerArg::Ukf => dgd_work::TrackerKind::Ukf,
+            TrackerArg::Recursive => dgd_work::TrackerKind::Recursive,
         };
         request.sought = self.sought.request();
         request.outputs.clone_from(&self.outputs);

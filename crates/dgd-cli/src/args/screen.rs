@@ -6,7 +6,7 @@ use clap::Args;
 use dgd_data::Rename;
 use dgd_work::ScreenRequest;
 
-use super::Choices;
+use super::ChoiceArgs;
 use crate::command_line::command_line;
 use crate::numbers::time;
 
@@ -16,7 +16,7 @@ pub(crate) struct ScreenArgs {
     /// A model whose declarations the columns are also checked against
     pub model: Option<PathBuf>,
     #[command(flatten)]
-    pub choices: Choices,
+    pub choices: ChoiceArgs,
     /// A recording to check; repeatable
     #[arg(long, value_name = "FILE", required = true)]
     pub data: Vec<PathBuf>,

@@ -6,7 +6,7 @@ use clap::Args;
 use dgd_work::LinearizeAt;
 
 use super::sweep::{label, mark};
-use super::{Choices, SolveArgs};
+use super::{ChoiceArgs, SolveArgs};
 use crate::numbers::{time, whole};
 
 /// Arguments of `simulate`.
@@ -59,7 +59,7 @@ pub(crate) struct LinearizeArgs {
     /// The model file
     pub model: PathBuf,
     #[command(flatten)]
-    pub choices: Choices,
+    pub choices: ChoiceArgs,
     /// Inputs
     #[arg(long, value_name = "FILE")]
     pub data: Option<PathBuf>,
@@ -77,7 +77,7 @@ pub(crate) struct RunArgs {
     /// The model file
     pub model: PathBuf,
     #[command(flatten)]
-    pub choices: Choices,
+    pub choices: ChoiceArgs,
     /// Inputs, and measured outputs to compare with
     #[arg(long, value_name = "FILE")]
     pub data: Option<PathBuf>,

@@ -11,7 +11,7 @@ use crate::numbers::{factor, moment, tolerance};
 
 /// The quantities to estimate.
 #[derive(Debug, Args)]
-pub(crate) struct Sought {
+pub(crate) struct FreeArgs {
     /// Parameters to estimate, and `fixed` states whose initial values to estimate too [default: those
     /// that are not `fixed`]
     #[arg(long, value_name = "NAMES", value_delimiter = ',')]
@@ -23,7 +23,7 @@ pub(crate) struct Sought {
 
 /// The quantities to estimate, and the recordings.
 #[derive(Debug, Args)]
-pub(crate) struct Given {
+pub(crate) struct RecordingArgs {
     /// A recording to fit to; repeatable
     #[arg(long, value_name = "FILE", required = true)]
     pub data: Vec<PathBuf>,
@@ -31,7 +31,7 @@ pub(crate) struct Given {
     #[arg(long, value_name = "FILE")]
     pub valid: Vec<PathBuf>,
     #[command(flatten)]
-    pub sought: Sought,
+    pub sought: FreeArgs,
     /// Continue an interrupted run, with the same input and `-o`; the result is the same
     #[arg(long)]
     pub resume: bool,
@@ -41,8 +41,8 @@ pub(crate) struct Given {
 #[derive(Debug, Clone, Args)]
 pub(crate) struct SolveArgs {
     /// Source of the initial values
-    #[arg(long, value_enum, default_value_t = Start::Model)]
-    pub start: Start,
+    #[arg(long, value_enum, default_value_t = StartArg::Model)]
+    pub start: StartArg,
     /// Rename a column of the data, adding a unit if the file has none, as in `P_RIS=p_r` or
     /// 'P_RIS=p_r [barg]'; repeatable
     #[arg(long, value_name = "COLUMN=NAME")]
@@ -69,8 +69,8 @@ pub(crate) struct SolveArgs {
     #[arg(long, value_name = "TOL", value_parser = factor, allow_hyphen_values = true)]
     pub atol: Option<f64>,
     /// How the model is evaluated; does not affect results
-    #[arg(long, value_enum, default_value_t = Engine::Auto)]
-    pub engine: Engine,
+    #[arg(long, value_enum, default_value_t = EngineArg::Auto)]
+    pub engine: EngineArg,
     /// Plot the result as a picture (.svg, .pdf, .png) or a page to open in a browser (.html); repeatable
     #[arg(long, value_name = "FILE")]
     pub plot: Vec<PathBuf>,
@@ -78,7 +78,7 @@ pub(crate) struct SolveArgs {
 
 /// How the model is run.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-pub(crate) enum Engine {
+pub(crate) enum EngineArg {
     /// Native code where it is available and worthwhile
     Auto,
     /// Native code
@@ -87,12 +87,12 @@ pub(crate) enum Engine {
     Interpreter,
 }
 
-impl From<Engine> for dgd_execute::Engine {
-    fn from(engine: Engine) -> Self {
+impl From<EngineArg> for dgd_execute::Engine {
+    fn from(engine: EngineArg) -> Self {
         match engine {
-            Engine::Auto => dgd_execute::Engine::Auto,
-            Engine::Native => dgd_execute::Engine::Native,
-            Engine::Interpreter => dgd_execute::Engine::Interpreter,
+            EngineArg::Auto => dgd_execute::Engine::Auto,
+            EngineArg::Native => dgd_execute::Engine::Native,
+            EngineArg::Interpreter => dgd_execute::Engine::Interpreter,
         }
     }
 }
@@ -117,7 +117,7 @@ fn steps(text: &str) -> Result<Steps, String> {
 
 /// The source of start values.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-pub(crate) enum Start {
+pub(crate) enum StartArg {
     /// The model file
     Model,
     /// The first measured outputs, as far as they determine the states
@@ -128,7 +128,7 @@ pub(crate) enum Start {
 
 /// Choices and settings from outside the model file.
 #[derive(Debug, Clone, Args)]
-pub(crate) struct Choices {
+pub(crate) struct ChoiceArgs {
     /// Choose a variant, as in `flow=static`; repeatable
     #[arg(long, value_name = "NAME=CHOICE")]
     pub variant: Vec<String>,

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use clap::{Args, ValueEnum};
 use clap_complete::Shell;
 
-use super::Choices;
+use super::ChoiceArgs;
 
 /// Arguments of `lsp`.
 #[derive(Debug, Args)]
@@ -25,7 +25,7 @@ pub(crate) struct CheckArgs {
     #[arg(long)]
     pub fix: bool,
     #[command(flatten)]
-    pub choices: Choices,
+    pub choices: ChoiceArgs,
 }
 
 /// Arguments of `fmt`.
@@ -46,14 +46,14 @@ pub(crate) struct EmitArgs {
     pub model: PathBuf,
     /// Compiler stage to print
     #[arg(long, value_enum)]
-    pub stage: Stage,
+    pub stage: CompilerStage,
     #[command(flatten)]
-    pub choices: Choices,
+    pub choices: ChoiceArgs,
 }
 
 /// Stages of the compiler.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-pub(crate) enum Stage {
+pub(crate) enum CompilerStage {
     /// The parsed file
     Ast,
     /// Names, units and SI values

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
 
-use super::{Choices, SolveArgs, Sought};
+use super::{ChoiceArgs, FreeArgs, SolveArgs};
 use crate::numbers::{factor, positive};
 
 /// Arguments of `track`.
@@ -13,15 +13,15 @@ pub(crate) struct TrackArgs {
     /// The model file
     pub model: PathBuf,
     #[command(flatten)]
-    pub choices: Choices,
+    pub choices: ChoiceArgs,
     /// The recording; `-` reads CSV from standard input and prints each estimate as soon as its row arrives
     #[arg(long, value_name = "FILE|-")]
     pub data: PathBuf,
     /// Estimator
-    #[arg(long, value_enum, default_value_t = Tracker::Ekf)]
-    pub estimator: Tracker,
+    #[arg(long, value_enum, default_value_t = TrackerArg::Ekf)]
+    pub estimator: TrackerArg,
     #[command(flatten)]
-    pub sought: Sought,
+    pub sought: FreeArgs,
     /// Outputs to use [default: all measured ones]
     #[arg(long, value_name = "NAMES", value_delimiter = ',')]
     pub outputs: Vec<String>,
@@ -51,7 +51,7 @@ pub(crate) struct TrackArgs {
 
 /// How estimates are moved and corrected.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-pub(crate) enum Tracker {
+pub(crate) enum TrackerArg {
     /// Extended Kalman filter: states and parameters, from derivatives
     Ekf,
     /// Unscented Kalman filter: states and parameters, from sigma points

@@ -1,34 +1,34 @@
 //! `dgd discover`: where a model and recordings disagree, and which known effect is missing.
 
-use dgd_work::{Ended, discover};
+use dgd_work::{TaskEnd, discover};
 
 use crate::args::DiscoverArgs;
 use crate::console::Console;
 use crate::failure::CommandError;
 use crate::picture;
-use crate::progress::{Interrupt, ProgressDisplay};
-use crate::tail::{Printed, Saved, Shown, finish};
+use crate::progress::{InterruptPolicy, ProgressDisplay};
+use crate::tail::{CommandOutput, PrintedText, SavedContent, finish};
 
 pub(crate) fn run(args: &DiscoverArgs, console: Console<'_>) -> Result<(), CommandError> {
     picture::verify_formats(&args.solve.plot)?;
-    let display = ProgressDisplay::new(console, Interrupt::Ends(how_to_go_on));
+    let display = ProgressDisplay::new(console, InterruptPolicy::Ends(how_to_go_on));
     let discovered = discover(&args.request(console.out()), display.session())?;
     let shown = || {
         let plots = &args.solve.plot;
         let is_silent = console.is_quiet() && console.out().is_some();
-        let shown = Shown {
+        let shown = CommandOutput {
             json: Some(discovered.to_json()),
             saved: match console.out() {
-                Some(_) => Saved::Folder { files: discovered.files()?, is_told: false },
-                None => Saved::Nothing,
+                Some(_) => SavedContent::Folder { files: discovered.files()?, is_told: false },
+                None => SavedContent::Nothing,
             },
             drawings: picture::drawings(plots, || discovered.figure(), |_| discovered.page())?,
             printed: if is_silent {
-                Printed::Nothing
+                PrintedText::Nothing
             } else {
-                Printed::Text(discovered.to_text(console.out()))
+                PrintedText::Text(discovered.to_text(console.out()))
             },
-            ..Shown::new(Ended::Done)
+            ..CommandOutput::new(TaskEnd::Done)
         };
         finish(shown, console)
     };

@@ -1,27 +1,27 @@
 //! `dgd simulate --ensemble`: trajectories for many sets of parameters and initial values.
 
-use dgd_work::simulate::Hold;
+use dgd_work::simulate::EnsembleStorage;
 use dgd_work::simulate_each;
 
 use crate::args::SimulateArgs;
 use crate::console::{Console, print};
 use crate::failure::CommandError;
 use crate::picture;
-use crate::progress::{Interrupt, ProgressDisplay};
+use crate::progress::{InterruptPolicy, ProgressDisplay};
 use crate::table_file::{TableFormat, save_json, save_rows};
-use crate::tail::{Saved, Shown, finish};
+use crate::tail::{CommandOutput, SavedContent, finish};
 
 pub(crate) fn run(args: &SimulateArgs, console: Console<'_>) -> Result<(), CommandError> {
     let plots = &args.run.solve.plot;
     picture::verify_formats(plots)?;
     let display =
-        ProgressDisplay::new(console, Interrupt::Stops("stopping at the sets that are done"));
+        ProgressDisplay::new(console, InterruptPolicy::Stops("stopping at the sets that are done"));
     let session = display.session();
     let mut ensemble = simulate_each(&args.request(), session)?;
     let out = console.out().map(|path| Ok((path, console.table_format(path)?)));
     let out = out.transpose().map_err(|error: CommandError| error)?;
     let is_document = out.map_or(console.is_json(), |(_, format)| format.is_document());
-    let hold = Hold::new(is_document, !plots.is_empty());
+    let hold = EnsembleStorage::new(is_document, !plots.is_empty());
     match out.filter(|_| !is_document) {
         // Rows are written as they are computed.
         Some((path, format)) => {
@@ -46,5 +46,13 @@ pub(crate) fn run(args: &SimulateArgs, console: Console<'_>) -> Result<(), Comma
         picture::drawings(plots, || ensemble.figure(), |command| Ok(ensemble.page(command)))?;
     let is_printed = console.is_json() && !(is_document && out.is_some());
     let json = is_printed.then(|| ensemble.to_json());
-    finish(Shown { json, saved: Saved::Nothing, drawings, ..Shown::new(ensemble.ended()) }, console)
+    finish(
+        CommandOutput {
+            json,
+            saved: SavedContent::Nothing,
+            drawings,
+            ..CommandOutput::new(ensemble.ended())
+        },
+        console,
+    )
 }

@@ -2,42 +2,43 @@
 
 use std::path::{Path, PathBuf};
 
-use dgd_work::{Ended, FitFigure, fit};
+use dgd_work::{FitFigure, TaskEnd, fit};
 
 use crate::args::FitArgs;
 use crate::console::Console;
 use crate::failure::CommandError;
-use crate::picture::{self, Drawing};
-use crate::progress::{BEST_SO_FAR, Interrupt, ProgressDisplay};
-use crate::tail::{Printed, Saved, Shown, finish};
+use crate::picture::{self, ImageContent};
+use crate::progress::{BEST_SO_FAR, InterruptPolicy, ProgressDisplay};
+use crate::tail::{CommandOutput, PrintedText, SavedContent, finish};
 
 pub(crate) fn run(args: &FitArgs, console: Console<'_>) -> Result<(), CommandError> {
     picture::verify_formats(&args.solve.plot)?;
-    let display = ProgressDisplay::new(console, Interrupt::Stops(BEST_SO_FAR));
+    let display = ProgressDisplay::new(console, InterruptPolicy::Stops(BEST_SO_FAR));
     let fitted = fit(&args.request(console.out()), display.session())?;
     let (pages, pictures): (Vec<&PathBuf>, Vec<&PathBuf>) =
         args.solve.plot.iter().partition(|path| picture::is_page(path));
-    let mut drawings: Vec<(PathBuf, Drawing)> = pictures
+    let mut drawings: Vec<(PathBuf, ImageContent)> = pictures
         .into_iter()
         .flat_map(|path| fitted.figures.iter().map(|figure| (file(path, figure), figure)))
-        .map(|(path, figure)| (path, Drawing::Figure(figure.figure.clone())))
+        .map(|(path, figure)| (path, ImageContent::Figure(figure.figure.clone())))
         .collect();
-    drawings.extend(pages.into_iter().map(|path| (path.clone(), Drawing::Page(fitted.page()))));
-    let shown = Shown {
+    drawings
+        .extend(pages.into_iter().map(|path| (path.clone(), ImageContent::Page(fitted.page()))));
+    let shown = CommandOutput {
         json: Some(fitted.to_json().clone()),
         saved: match console.out() {
-            Some(folder) => Saved::Folder { files: fitted.files(folder), is_told: true },
-            None => Saved::Nothing,
+            Some(folder) => SavedContent::Folder { files: fitted.files(folder), is_told: true },
+            None => SavedContent::Nothing,
         },
         drawings,
-        printed: Printed::Text(fitted.to_text().to_owned()),
-        ..Shown::new(Ended::Done)
+        printed: PrintedText::Text(fitted.to_text().to_owned()),
+        ..CommandOutput::new(TaskEnd::Done)
     };
     if let Err(error) = finish(shown, console) {
         fitted.leave();
         return Err(error);
     }
-    CommandError::of(fitted.ended(console.out()))
+    CommandError::check(fitted.ended(console.out()))
 }
 
 /// The file of a figure; profiles are saved beside the first: `fit.svg` → `fit.profile-c0.svg`.

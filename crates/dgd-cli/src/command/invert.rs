@@ -1,35 +1,35 @@
 //! `dgd invert`: computes the missing term of an equation from measurements.
 
-use dgd_work::{Ended, invert};
+use dgd_work::{TaskEnd, invert};
 
 use crate::args::invert::InvertArgs;
 use crate::console::Console;
 use crate::failure::CommandError;
 use crate::picture;
-use crate::progress::{Interrupt, NOTHING, ProgressDisplay};
-use crate::tail::{Printed, Saved, Shown, Table, finish};
+use crate::progress::{InterruptPolicy, NOTHING, ProgressDisplay};
+use crate::tail::{CommandOutput, PrintedText, SavedContent, WritableTable, finish};
 
 pub(crate) fn run(args: &InvertArgs, console: Console<'_>) -> Result<(), CommandError> {
     picture::verify_formats(&args.solve.plot)?;
-    let display = ProgressDisplay::new(console, Interrupt::Ends(NOTHING));
+    let display = ProgressDisplay::new(console, InterruptPolicy::Ends(NOTHING));
     let missing = invert(&args.request(), display.session())?;
-    let table = Table {
+    let table = WritableTable {
         write: &|out| missing.write_csv(out),
         details: missing.details(),
         rows: Some(missing.found.times.len()),
         is_partial: false,
     };
     let plots = &args.solve.plot;
-    let shown = Shown {
+    let shown = CommandOutput {
         json: console.needs_json().then(|| missing.to_json()),
-        saved: Saved::Table(table),
+        saved: SavedContent::Table(table),
         drawings: picture::drawings(
             plots,
             || missing.figure(),
             |command| Ok(missing.page(command)),
         )?,
-        printed: Printed::Text(missing.to_text()),
-        ..Shown::new(Ended::Done)
+        printed: PrintedText::Text(missing.to_text()),
+        ..CommandOutput::new(TaskEnd::Done)
     };
     finish(shown, console)
 }

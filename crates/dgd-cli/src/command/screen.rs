@@ -8,12 +8,12 @@ use crate::args::screen::ScreenArgs;
 use crate::console::Console;
 use crate::failure::CommandError;
 use crate::picture;
-use crate::progress::{Interrupt, NOTHING, ProgressDisplay};
-use crate::tail::{Printed, Saved, Shown, finish};
+use crate::progress::{InterruptPolicy, NOTHING, ProgressDisplay};
+use crate::tail::{CommandOutput, PrintedText, SavedContent, finish};
 
 pub(crate) fn run(args: &ScreenArgs, console: Console<'_>) -> Result<(), CommandError> {
     picture::verify_formats(&args.plot)?;
-    let display = ProgressDisplay::new(console, Interrupt::Ends(NOTHING));
+    let display = ProgressDisplay::new(console, InterruptPolicy::Ends(NOTHING));
     if args.plot.len() > 1 && args.data.len() > 1 && args.plot.len() != args.data.len() {
         return Err(CommandError::Usage("give one `--plot`, or one for each `--data`".to_owned()));
     }
@@ -24,19 +24,19 @@ pub(crate) fn run(args: &ScreenArgs, console: Console<'_>) -> Result<(), Command
     let drawings: Result<Vec<_>, CommandError> =
         args.plot.iter().enumerate().map(drawing).collect();
     let is_silent = console.is_quiet() && console.out().is_some();
-    let shown = Shown {
+    let shown = CommandOutput {
         json: Some(screened.to_json()),
         saved: match console.out() {
-            Some(_) => Saved::Folder { files: screened.files()?, is_told: true },
-            None => Saved::Nothing,
+            Some(_) => SavedContent::Folder { files: screened.files()?, is_told: true },
+            None => SavedContent::Nothing,
         },
         drawings: drawings?.into_iter().flatten().collect(),
         printed: if is_silent {
-            Printed::Nothing
+            PrintedText::Nothing
         } else {
-            Printed::Text(screened.to_text(console.out()))
+            PrintedText::Text(screened.to_text(console.out()))
         },
-        ..Shown::new(screened.ended())
+        ..CommandOutput::new(screened.ended())
     };
     finish(shown, console)
 }

@@ -1,19 +1,19 @@
 //! `dgd sensitivity`: derivatives of states and outputs with respect to parameters over time.
 
 use dgd_work::sensitivity;
-use dgd_work::sensitivity::verify::Report;
+use dgd_work::sensitivity::verify::VerificationReport;
 
 use crate::args::SensitivityArgs;
 use crate::console::Console;
 use crate::failure::CommandError;
 use crate::picture;
-use crate::progress::{Interrupt, ProgressDisplay, ROWS_SO_FAR};
-use crate::tail::{Printed, Saved, Shown, Table, finish};
+use crate::progress::{InterruptPolicy, ProgressDisplay, ROWS_SO_FAR};
+use crate::tail::{CommandOutput, PrintedText, SavedContent, WritableTable, finish};
 
 pub(crate) fn run(args: &SensitivityArgs, console: Console<'_>) -> Result<(), CommandError> {
     let plots = &args.run.solve.plot;
     picture::verify_formats(plots)?;
-    let display = ProgressDisplay::new(console, Interrupt::Stops(ROWS_SO_FAR));
+    let display = ProgressDisplay::new(console, InterruptPolicy::Stops(ROWS_SO_FAR));
     let sensitivities = sensitivity(&args.request(), display.session())?;
     let is_partial = sensitivities.stopped.is_some();
     let drawings = if is_partial {
@@ -25,20 +25,20 @@ pub(crate) fn run(args: &SensitivityArgs, console: Console<'_>) -> Result<(), Co
             |command| Ok(sensitivities.page(command)),
         )?
     };
-    let table = Table {
+    let table = WritableTable {
         write: &|out| sensitivities.table.write_csv(out),
         details: sensitivities.details(),
         rows: Some(sensitivities.table.times.len()),
         is_partial,
     };
     let is_said = !drawings.is_empty() || sensitivities.verification.is_some();
-    let shown = Shown {
+    let shown = CommandOutput {
         json: console.needs_json().then(|| sensitivities.to_json()),
-        saved: Saved::Table(table),
+        saved: SavedContent::Table(table),
         drawings,
-        printed: if is_said { Printed::Nothing } else { Printed::Table },
-        closing: sensitivities.verification.as_ref().map(Report::to_text),
-        ..Shown::new(sensitivities.ended())
+        printed: if is_said { PrintedText::Nothing } else { PrintedText::Table },
+        closing: sensitivities.verification.as_ref().map(VerificationReport::to_text),
+        ..CommandOutput::new(sensitivities.ended())
     };
     finish(shown, console)
 }

@@ -1,13 +1,13 @@
 //! `dgd simulate`: trajectories of states and outputs.
 
-use dgd_work::{Ended, simulate};
+use dgd_work::{TaskEnd, simulate};
 
 use crate::args::SimulateArgs;
 use crate::console::Console;
 use crate::failure::CommandError;
 use crate::picture;
-use crate::progress::{Interrupt, ProgressDisplay, ROWS_SO_FAR};
-use crate::tail::{Printed, Saved, Shown, Table, finish};
+use crate::progress::{InterruptPolicy, ProgressDisplay, ROWS_SO_FAR};
+use crate::tail::{CommandOutput, PrintedText, SavedContent, WritableTable, finish};
 
 pub(crate) fn run(args: &SimulateArgs, console: Console<'_>) -> Result<(), CommandError> {
     if args.ensemble.is_some() {
@@ -15,16 +15,16 @@ pub(crate) fn run(args: &SimulateArgs, console: Console<'_>) -> Result<(), Comma
     }
     let plots = &args.run.solve.plot;
     picture::verify_formats(plots)?;
-    let display = ProgressDisplay::new(console, Interrupt::Stops(ROWS_SO_FAR));
+    let display = ProgressDisplay::new(console, InterruptPolicy::Stops(ROWS_SO_FAR));
     let simulated = simulate(&args.request(), display.session())?;
     let ended = simulated.ended();
-    let is_partial = ended != Ended::Done;
+    let is_partial = ended != TaskEnd::Done;
     let drawings = if is_partial {
         Vec::new()
     } else {
         picture::drawings(plots, || simulated.figure(), |command| Ok(simulated.page(command)))?
     };
-    let table = Table {
+    let table = WritableTable {
         write: &|out| simulated.table.write_csv(out),
         details: simulated.details(),
         rows: Some(simulated.table.times.len()),
@@ -32,9 +32,12 @@ pub(crate) fn run(args: &SimulateArgs, console: Console<'_>) -> Result<(), Comma
     };
     let agreement = simulated.agreement();
     let closing =
-        (!agreement.is_empty() && ended == Ended::Done).then(|| agreement.trim_end().to_owned());
-    let printed = if drawings.is_empty() { Printed::Table } else { Printed::Nothing };
+        (!agreement.is_empty() && ended == TaskEnd::Done).then(|| agreement.trim_end().to_owned());
+    let printed = if drawings.is_empty() { PrintedText::Table } else { PrintedText::Nothing };
     let json = console.needs_json().then(|| simulated.to_json());
-    let saved = Saved::Table(table);
-    finish(Shown { json, saved, drawings, printed, closing, ..Shown::new(ended) }, console)
+    let saved = SavedContent::Table(table);
+    finish(
+        CommandOutput { json, saved, drawings, printed, closing, ..CommandOutput::new(ended) },
+        console,
+    )
 }

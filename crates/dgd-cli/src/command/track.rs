@@ -3,16 +3,16 @@
 use std::io::{self, Read, Write};
 use std::path::Path;
 
-use dgd_work::{Ended, LineFormat, Tracked, track};
+use dgd_work::{LineFormat, TaskEnd, TrackingResult, track};
 use serde_json::json;
 
 use crate::args::TrackArgs;
 use crate::console::Console;
 use crate::failure::CommandError;
 use crate::picture;
-use crate::progress::{Interrupt, NOTHING, ProgressDisplay};
+use crate::progress::{InterruptPolicy, NOTHING, ProgressDisplay};
 use crate::table_file::{TableFormat, save_rows};
-use crate::tail::{Saved, Shown, finish};
+use crate::tail::{CommandOutput, SavedContent, finish};
 
 pub(crate) fn run(args: &TrackArgs, console: Console<'_>) -> Result<(), CommandError> {
     picture::verify_formats(&args.solve.plot)?;
@@ -26,12 +26,19 @@ pub(crate) fn run(args: &TrackArgs, console: Console<'_>) -> Result<(), CommandE
     let plots = &args.solve.plot;
     let drawings =
         picture::drawings(plots, || tracked.figure(), |command| Ok(tracked.page(command)))?;
-    finish(Shown { saved: Saved::Nothing, drawings, ..Shown::new(Ended::Done) }, console)?;
+    finish(
+        CommandOutput {
+            saved: SavedContent::Nothing,
+            drawings,
+            ..CommandOutput::new(TaskEnd::Done)
+        },
+        console,
+    )?;
     ended
 }
 
 /// The tracking result, and the outcome of the command.
-type Ending = (Tracked, Result<(), CommandError>);
+type TrackEnd = (TrackingResult, Result<(), CommandError>);
 
 /// Standard input, if that is the recording.
 fn input(args: &TrackArgs) -> Option<Box<dyn Read>> {
@@ -39,7 +46,7 @@ fn input(args: &TrackArgs) -> Option<Box<dyn Read>> {
 }
 
 /// Tracks to standard output; programs read an error there as the last line.
-fn print(args: &TrackArgs, console: Console<'_>) -> Result<Ending, CommandError> {
+fn print(args: &TrackArgs, console: Console<'_>) -> Result<TrackEnd, CommandError> {
     let mut out = io::stdout().lock();
     let format = if console.is_json() { LineFormat::Lines } else { LineFormat::Csv };
     let session = console.session();
@@ -60,14 +67,14 @@ fn print(args: &TrackArgs, console: Console<'_>) -> Result<Ending, CommandError>
 }
 
 /// Tracks into a file that is written atomically.
-fn save(args: &TrackArgs, path: &Path, console: Console<'_>) -> Result<Ending, CommandError> {
+fn save(args: &TrackArgs, path: &Path, console: Console<'_>) -> Result<TrackEnd, CommandError> {
     let format = console.table_format(path)?;
     let lines = match format {
         TableFormat::Csv | TableFormat::Parquet => LineFormat::Csv,
         TableFormat::Json => LineFormat::Document,
         TableFormat::JsonLines => LineFormat::Lines,
     };
-    let display = ProgressDisplay::new(console, Interrupt::Ends(NOTHING));
+    let display = ProgressDisplay::new(console, InterruptPolicy::Ends(NOTHING));
     let mut outcome = None;
     let written = save_rows(path, format, |out| {
         let tracked = track(&args.request(), input(args), display.session(), out, lines);

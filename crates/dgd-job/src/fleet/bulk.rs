@@ -19,17 +19,17 @@ const NEAR: f64 = 0.9;
 const SAME: f64 = 1e-3;
 
 /// Centre and covariance of the bulk.
-pub(super) struct Bulk {
+pub(super) struct BulkDistribution {
     centre: DVector<f64>,
     covariance: DMatrix<f64>,
     /// Number of wells behind the estimates.
     wells: usize,
 }
 
-impl Bulk {
+impl BulkDistribution {
     /// From scaled parameters with these variances; `None` if the bulk has no extent and no uncertainty in some
     /// direction.
-    pub(super) fn of(x: &[&DVector<f64>], known: &DVector<f64>) -> Option<Bulk> {
+    pub(super) fn estimate(x: &[&DVector<f64>], known: &DVector<f64>) -> Option<BulkDistribution> {
         let p = x[0].len();
         let raw = orthogonalised(x, known)?;
         let distances: Vec<f64> = x
@@ -58,7 +58,7 @@ impl Bulk {
         let within = 1.0 - chi_square_tail(limit, (p + 2) as f64);
         covariance *= NEAR / within / (n - 1) as f64;
         let covariance = widened(covariance, known)?;
-        Some(Bulk { centre, covariance, wells: n })
+        Some(BulkDistribution { centre, covariance, wells: n })
     }
 
     /// d², and the parameter that contributes most to it. `more` is added to the variances.
@@ -82,7 +82,7 @@ impl Bulk {
 }
 
 /// Centre and covariance in axes with uncorrelated pairs of parameters, after two passes.
-fn orthogonalised(x: &[&DVector<f64>], known: &DVector<f64>) -> Option<Bulk> {
+fn orthogonalised(x: &[&DVector<f64>], known: &DVector<f64>) -> Option<BulkDistribution> {
     let p = x[0].len();
     let mut axes = DMatrix::<f64>::identity(p, p);
     let mut to_axes = axes.clone();
@@ -123,7 +123,7 @@ fn orthogonalised(x: &[&DVector<f64>], known: &DVector<f64>) -> Option<Bulk> {
     let centre = &axes * DVector::from_iterator(p, both.iter().map(|(centre, _)| *centre));
     let variances = DVector::from_iterator(p, both.iter().map(|(_, scale)| scale * scale));
     let covariance = &axes * DMatrix::from_diagonal(&variances) * axes.transpose();
-    Some(Bulk { centre, covariance, wells: x.len() })
+    Some(BulkDistribution { centre, covariance, wells: x.len() })
 }
 
 /// The covariance, widened where it has no extent.

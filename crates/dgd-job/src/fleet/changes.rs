@@ -3,11 +3,11 @@
 use dgd_screen::distribution::normal_two_sided;
 
 use super::tail::f_tail;
-use super::{CHANCE, WellFound};
+use super::{AssetResults, CHANCE};
 
 /// A changed parameter.
 #[derive(Debug, Clone, PartialEq)]
-pub(super) struct Change {
+pub(super) struct ParameterChange {
     pub(super) parameter: String,
     /// The earlier occasion, and the later one.
     pub(super) from: String,
@@ -23,8 +23,8 @@ pub(super) struct Change {
 }
 
 /// Finds significant changes in each well; in a fleet without changes, one is found with a probability of 1 %.
-pub(super) fn find(wells: &mut [WellFound]) {
-    let changes: Vec<Vec<Change>> = wells.iter().map(steps).collect();
+pub(super) fn find(wells: &mut [AssetResults]) {
+    let changes: Vec<Vec<ParameterChange>> = wells.iter().map(steps).collect();
     let tests: usize = changes.iter().map(Vec::len).sum();
     if tests == 0 {
         return;
@@ -36,7 +36,7 @@ pub(super) fn find(wells: &mut [WellFound]) {
 }
 
 /// All steps between successive occasions with estimates.
-fn steps(well: &WellFound) -> Vec<Change> {
+fn steps(well: &AssetResults) -> Vec<ParameterChange> {
     let known: Vec<_> = well.occasions.iter().filter(|found| !found.estimates.is_empty()).collect();
     let mut steps = Vec::new();
     for (k, pair) in known.windows(2).enumerate() {
@@ -50,7 +50,7 @@ fn steps(well: &WellFound) -> Vec<Change> {
                 Some((before, after)) => f_tail(deviations * deviations, 1.0, before + after),
                 None => normal_two_sided(deviations),
             };
-            steps.push(Change {
+            steps.push(ParameterChange {
                 parameter: name.clone(),
                 from: pair[0].when.clone(),
                 to: pair[1].when.clone(),
@@ -66,26 +66,26 @@ fn steps(well: &WellFound) -> Vec<Change> {
 
 #[cfg(test)]
 mod tests {
-    use super::super::reading::{By, Estimate, Found};
+    use super::super::reading::{FleetEstimate, IntervalSource, PeriodResults};
     use super::*;
 
-    fn well(values: &[f64]) -> WellFound {
+    fn well(values: &[f64]) -> AssetResults {
         let occasion = |(k, value): (usize, &f64)| {
-            let estimate = Estimate {
+            let estimate = FleetEstimate {
                 value: *value,
                 std: Some(1.0),
                 band: None,
-                by: By::Std,
+                by: IntervalSource::Std,
                 unit: "m".into(),
             };
-            Found {
+            PeriodResults {
                 when: k.to_string(),
                 estimates: vec![("c".into(), estimate)],
-                ..Found::default()
+                ..PeriodResults::default()
             }
         };
         let occasions = values.iter().enumerate().map(occasion).collect();
-        WellFound { name: "w".into(), occasions, lacks: Vec::new(), changes: Vec::new() }
+        AssetResults { name: "w".into(), occasions, lacks: Vec::new(), changes: Vec::new() }
     }
 
     #[test]
@@ -108,7 +108,7 @@ mod tests {
         assert_eq!((step.from.as_str(), step.to.as_str(), step.is_last), ("1", "2", true));
         assert!((step.by - 4.5).abs() < 1e-12 && (step.deviations - 3.182).abs() < 1e-3);
         let quiet = (0..2000).map(|_| well(&[0.0, 0.5])).chain([well(&[0.0, 4.5])]);
-        let mut wells: Vec<WellFound> = quiet.collect();
+        let mut wells: Vec<AssetResults> = quiet.collect();
         find(&mut wells);
         assert!(
             wells.iter().all(|well| well.changes.is_empty()),

@@ -4,48 +4,48 @@ use std::cmp::Ordering;
 
 use dgd_work::with_unit;
 
-use super::WellFound;
-use super::changes::Change;
-use super::lacks::Lack;
-use super::unlike::{Compared, Distance};
+use super::AssetResults;
+use super::changes::ParameterChange;
+use super::lacks::AssetLack;
+use super::unlike::{AssetDistance, FleetComparison};
 
 /// A reason to look at a well, the most urgent kind first.
 #[derive(Debug, Clone, PartialEq)]
-pub(super) enum Reason {
+pub(super) enum TriageReason {
     /// A missing term was found for the first time.
-    Began(Lack),
+    Began(AssetLack),
     /// Parameters changed at the last occasion: the largest change, and the number of others.
-    Moved(Change, usize),
+    Moved(ParameterChange, usize),
     /// An outlier among the wells; the parameter, and its value here and the median, with the unit.
-    Unlike(Distance, String),
+    Unlike(AssetDistance, String),
     /// Pieces failed: their number, the first one and its error.
     Failed(usize, String, String),
     /// A fit has not converged.
     Unconverged(String),
     /// A term has been missing for a while.
-    Lacks(Lack),
+    Lacks(AssetLack),
 }
 
-impl Reason {
+impl TriageReason {
     /// Rank of its kind.
     fn rank(&self) -> usize {
         match self {
-            Reason::Began(_) => 0,
-            Reason::Moved(..) => 1,
-            Reason::Unlike(..) => 2,
-            Reason::Failed(..) => 3,
-            Reason::Unconverged(_) => 4,
-            Reason::Lacks(_) => 5,
+            TriageReason::Began(_) => 0,
+            TriageReason::Moved(..) => 1,
+            TriageReason::Unlike(..) => 2,
+            TriageReason::Failed(..) => 3,
+            TriageReason::Unconverged(_) => 4,
+            TriageReason::Lacks(_) => 5,
         }
     }
 
     /// Its size, among its kind.
     fn size(&self) -> f64 {
         match self {
-            Reason::Moved(change, _) => change.deviations,
-            Reason::Unlike(distance, _) => distance.value,
-            Reason::Failed(count, ..) => *count as f64,
-            Reason::Began(_) | Reason::Unconverged(_) | Reason::Lacks(_) => 0.0,
+            TriageReason::Moved(change, _) => change.deviations,
+            TriageReason::Unlike(distance, _) => distance.value,
+            TriageReason::Failed(count, ..) => *count as f64,
+            TriageReason::Began(_) | TriageReason::Unconverged(_) | TriageReason::Lacks(_) => 0.0,
         }
     }
 
@@ -57,10 +57,10 @@ impl Reason {
     /// In a sentence.
     pub(super) fn words(&self) -> String {
         match self {
-            Reason::Began(lack) => {
+            TriageReason::Began(lack) => {
                 format!("lacks {} since {}, not before", quoted(&lack.name), lack.since)
             }
-            Reason::Moved(change, others) => {
+            TriageReason::Moved(change, others) => {
                 let others = match others {
                     0 => String::new(),
                     1 => "; another parameter moved, too".to_owned(),
@@ -71,16 +71,20 @@ impl Reason {
                     change.parameter, change.deviations, change.from, change.to
                 )
             }
-            Reason::Unlike(distance, what) => {
+            TriageReason::Unlike(distance, what) => {
                 format!(
                     "unlike the other wells, by {:.1} standard deviations: {what}",
                     distance.value
                 )
             }
-            Reason::Failed(1, what, why) => format!("{what} failed: {why}"),
-            Reason::Failed(n, what, why) => format!("{n} pieces failed, {what} among them: {why}"),
-            Reason::Unconverged(why) => format!("the fit has not converged: {why}"),
-            Reason::Lacks(lack) => format!("lacks {} since {}", quoted(&lack.name), lack.since),
+            TriageReason::Failed(1, what, why) => format!("{what} failed: {why}"),
+            TriageReason::Failed(n, what, why) => {
+                format!("{n} pieces failed, {what} among them: {why}")
+            }
+            TriageReason::Unconverged(why) => format!("the fit has not converged: {why}"),
+            TriageReason::Lacks(lack) => {
+                format!("lacks {} since {}", quoted(&lack.name), lack.since)
+            }
         }
     }
 }
@@ -92,11 +96,11 @@ fn quoted(name: &str) -> String {
 
 /// All reasons of all wells, the most urgent first; equal ones in the order of the wells.
 pub(super) fn order(
-    wells: &[WellFound],
-    compared: &Compared,
+    wells: &[AssetResults],
+    compared: &FleetComparison,
     parameters: &[(String, String)],
-) -> Vec<(usize, Reason)> {
-    let mut ordered: Vec<(usize, Reason)> = Vec::new();
+) -> Vec<(usize, TriageReason)> {
+    let mut ordered: Vec<(usize, TriageReason)> = Vec::new();
     for (w, well) in wells.iter().enumerate() {
         let distance = compared.distances.get(w).copied().flatten();
         ordered.extend(
@@ -111,42 +115,43 @@ pub(super) fn order(
 }
 
 fn reasons(
-    well: &WellFound,
-    distance: Option<Distance>,
-    compared: &Compared,
+    well: &AssetResults,
+    distance: Option<AssetDistance>,
+    compared: &FleetComparison,
     parameters: &[(String, String)],
-) -> Vec<Reason> {
-    let mut reasons: Vec<Reason> = Vec::new();
+) -> Vec<TriageReason> {
+    let mut reasons: Vec<TriageReason> = Vec::new();
     for lack in &well.lacks {
         reasons.push(if lack.is_new {
-            Reason::Began(lack.clone())
+            TriageReason::Began(lack.clone())
         } else {
-            Reason::Lacks(lack.clone())
+            TriageReason::Lacks(lack.clone())
         });
     }
     let moved = well.changes.iter().filter(|change| change.is_last);
     if let Some(most) = moved.clone().max_by(|a, b| a.deviations.total_cmp(&b.deviations)) {
-        reasons.push(Reason::Moved(most.clone(), moved.count() - 1));
+        reasons.push(TriageReason::Moved(most.clone(), moved.count() - 1));
     }
     if let Some(distance) = distance.filter(|distance| distance.is_unlike) {
-        reasons.push(Reason::Unlike(distance, how_unlike(well, distance, compared, parameters)));
+        reasons
+            .push(TriageReason::Unlike(distance, how_unlike(well, distance, compared, parameters)));
     }
     let failures: Vec<_> = well.occasions.iter().flat_map(|found| &found.failures).collect();
     if let Some((what, why)) = failures.first() {
-        reasons.push(Reason::Failed(failures.len(), what.clone(), why.clone()));
+        reasons.push(TriageReason::Failed(failures.len(), what.clone(), why.clone()));
     }
     let unconverged = well.occasions.iter().rev().find_map(|found| found.fit.as_ref());
     if let Some(Err(why)) = unconverged {
-        reasons.push(Reason::Unconverged(why.clone()));
+        reasons.push(TriageReason::Unconverged(why.clone()));
     }
     reasons
 }
 
 /// ``most in `c0`, which is 250 ± 3 m; the median is 275 m``.
 fn how_unlike(
-    well: &WellFound,
-    distance: Distance,
-    compared: &Compared,
+    well: &AssetResults,
+    distance: AssetDistance,
+    compared: &FleetComparison,
     parameters: &[(String, String)],
 ) -> String {
     let (name, unit) = &parameters[distance.most];
@@ -160,13 +165,14 @@ fn how_unlike(
 
 #[cfg(test)]
 mod tests {
-    use super::super::reading::Found;
+    use super::super::reading::PeriodResults;
     use super::*;
 
     #[test]
     fn what_began_comes_before_what_moved_what_is_unlike_and_what_failed() {
-        let lack = |is_new| Lack { name: "leak".into(), since: "2025".into(), onset: None, is_new };
-        let change = |deviations| Change {
+        let lack =
+            |is_new| AssetLack { name: "leak".into(), since: "2025".into(), onset: None, is_new };
+        let change = |deviations| ParameterChange {
             parameter: "c".into(),
             from: "1".into(),
             to: "2".into(),
@@ -175,20 +181,21 @@ mod tests {
             p_value: 0.0,
             is_last: true,
         };
-        let well = |lacks: Vec<Lack>, changes: Vec<Change>, occasion: Found| WellFound {
-            name: String::new(),
-            occasions: vec![occasion],
-            lacks,
-            changes,
+        let well =
+            |lacks: Vec<AssetLack>, changes: Vec<ParameterChange>, occasion: PeriodResults| {
+                AssetResults { name: String::new(), occasions: vec![occasion], lacks, changes }
+            };
+        let failed = PeriodResults {
+            failures: vec![("fit".into(), "no file".into())],
+            ..PeriodResults::default()
         };
-        let failed = Found { failures: vec![("fit".into(), "no file".into())], ..Found::default() };
-        let lost = Found { fit: Some(Err("flat".into())), ..Found::default() };
+        let lost = PeriodResults { fit: Some(Err("flat".into())), ..PeriodResults::default() };
         let wells = [
             well(vec![lack(false)], vec![], failed),
             well(vec![], vec![change(6.0), change(7.0)], lost),
-            well(vec![lack(true)], vec![change(9.0)], Found::default()),
+            well(vec![lack(true)], vec![change(9.0)], PeriodResults::default()),
         ];
-        let order = order(&wells, &Compared::default(), &[]);
+        let order = order(&wells, &FleetComparison::default(), &[]);
         let kinds: Vec<(usize, &str)> =
             order.iter().map(|(w, reason)| (*w, reason.kind())).collect();
         assert_eq!(

@@ -1,10 +1,10 @@
 //! Missing terms of a well, and since when.
 
-use super::reading::Found;
+use super::reading::PeriodResults;
 
 /// A missing term in the model of a well, at the last searched occasion.
 #[derive(Debug, Clone, PartialEq)]
-pub(super) struct Lack {
+pub(super) struct AssetLack {
     /// The effect, or the equation of an unnamed one.
     pub(super) name: String,
     /// The first occasion since which every search has found it.
@@ -16,7 +16,7 @@ pub(super) struct Lack {
 }
 
 /// From a well's occasions, in order of time.
-pub(super) fn of(occasions: &[Found]) -> Vec<Lack> {
+pub(super) fn collect(occasions: &[PeriodResults]) -> Vec<AssetLack> {
     let searched: Vec<_> =
         occasions.iter().filter_map(|found| Some((found, found.search.as_ref()?))).collect();
     let Some((_, last)) = searched.last() else { return Vec::new() };
@@ -27,7 +27,7 @@ pub(super) fn of(occasions: &[Found]) -> Vec<Lack> {
         let hits: Vec<_> = hits.collect();
         let without = hits.iter().rposition(Option::is_none);
         let first = without.map_or(0, |place| place + 1);
-        Lack {
+        AssetLack {
             name: name.clone(),
             since: searched[first].0.when.clone(),
             onset: hits[first].and_then(|(_, onset)| *onset),
@@ -39,15 +39,15 @@ pub(super) fn of(occasions: &[Found]) -> Vec<Lack> {
 
 #[cfg(test)]
 mod tests {
-    use super::super::reading::Search;
+    use super::super::reading::SearchOutcome;
     use super::*;
 
-    fn occasion(when: &str, missing: Option<&[&str]>) -> Found {
-        let search = missing.map(|names| Search {
+    fn occasion(when: &str, missing: Option<&[&str]>) -> PeriodResults {
+        let search = missing.map(|names| SearchOutcome {
             verdict: String::new(),
             missing: names.iter().map(|name| ((*name).to_owned(), Some(5.0))).collect(),
         });
-        Found { when: when.to_owned(), search, ..Found::default() }
+        PeriodResults { when: when.to_owned(), search, ..PeriodResults::default() }
     }
 
     #[test]
@@ -59,13 +59,15 @@ mod tests {
             occasion("4", Some(&["b", "a"])),
             occasion("5", Some(&["a", "c", "b"])),
         ];
-        let rows: Vec<(String, String, bool)> =
-            of(&occasions).into_iter().map(|lack| (lack.name, lack.since, lack.is_new)).collect();
+        let rows: Vec<(String, String, bool)> = collect(&occasions)
+            .into_iter()
+            .map(|lack| (lack.name, lack.since, lack.is_new))
+            .collect();
         let row = |name: &str, since: &str, is_new| (name.to_owned(), since.to_owned(), is_new);
         assert_eq!(rows, [row("a", "1", false), row("c", "5", true), row("b", "2", false)]);
-        assert_eq!(of(&occasions[..3]).len(), 2, "an occasion without a search says nothing");
-        assert!(of(&occasions[2..3]).is_empty());
+        assert_eq!(collect(&occasions[..3]).len(), 2, "an occasion without a search says nothing");
+        assert!(collect(&occasions[2..3]).is_empty());
         // A term found by the only search may have been missing before.
-        assert!(!of(&occasions[..1])[0].is_new);
+        assert!(!collect(&occasions[..1])[0].is_new);
     }
 }

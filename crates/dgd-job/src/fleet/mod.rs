@@ -20,15 +20,15 @@ mod unlike;
 
 use std::path::Path;
 
-use crate::identity::Identity;
+use crate::identity::BuildIdentity;
 use crate::job::{Job, JobError};
-use crate::name::Names;
-use crate::store::{State, Store};
-use changes::Change;
-use first::Reason;
-use lacks::Lack;
-use reading::Found;
-use unlike::Compared;
+use crate::name::PieceKeys;
+use crate::store::{FleetStore, PieceState};
+use changes::ParameterChange;
+use first::TriageReason;
+use lacks::AssetLack;
+use reading::PeriodResults;
+use unlike::FleetComparison;
 
 /// Files of every report; the pages of wells, `wells_1.html` and so on, are added.
 pub const FILES: [&str; 3] = ["index.html", "wells.csv", "result.json"];
@@ -39,14 +39,14 @@ const CHANCE: f64 = 0.01;
 /// The results of a fleet.
 #[derive(Debug)]
 pub struct Fleet {
-    counts: Counts,
+    counts: FleetCounts,
     /// Parameters of all wells with their units, in order of appearance.
     parameters: Vec<(String, String)>,
-    wells: Vec<WellFound>,
-    compared: Compared,
+    wells: Vec<AssetResults>,
+    compared: FleetComparison,
     /// Wells with the reasons to look at them, the most urgent first.
-    first: Vec<(usize, Reason)>,
-    identity: Identity,
+    first: Vec<(usize, TriageReason)>,
+    identity: BuildIdentity,
     seed: u64,
     /// Names of the models, with their number of wells.
     models: Vec<(String, usize)>,
@@ -54,7 +54,7 @@ pub struct Fleet {
 
 /// Progress of a fleet.
 #[derive(Debug, Clone, Copy, Default)]
-struct Counts {
+struct FleetCounts {
     pieces: usize,
     done: usize,
     failed: usize,
@@ -62,17 +62,17 @@ struct Counts {
 
 /// The findings of a well.
 #[derive(Debug)]
-struct WellFound {
+struct AssetResults {
     name: String,
-    occasions: Vec<Found>,
+    occasions: Vec<PeriodResults>,
     /// Missing terms at the last searched occasion.
-    lacks: Vec<Lack>,
-    changes: Vec<Change>,
+    lacks: Vec<AssetLack>,
+    changes: Vec<ParameterChange>,
 }
 
-impl WellFound {
+impl AssetResults {
     /// The last occasion with estimates.
-    fn latest(&self) -> Option<&Found> {
+    fn latest(&self) -> Option<&PeriodResults> {
         self.occasions.iter().rev().find(|found| !found.estimates.is_empty())
     }
 }
@@ -82,10 +82,10 @@ impl WellFound {
 /// # Errors
 ///
 /// The results cannot be listed.
-pub fn collect(job: &Job, store: &Store, identity: &Identity) -> Result<Fleet, JobError> {
-    let names = Names::new(&job.folder, identity);
+pub fn collect(job: &Job, store: &FleetStore, identity: &BuildIdentity) -> Result<Fleet, JobError> {
+    let names = PieceKeys::new(&job.folder, identity);
     let there = store.all()?;
-    let mut counts = Counts { pieces: job.len(), ..Counts::default() };
+    let mut counts = FleetCounts { pieces: job.len(), ..FleetCounts::default() };
     let mut parameters: Vec<(String, String)> = Vec::new();
     let mut models: Vec<(String, usize)> = Vec::new();
     let mut wells = Vec::with_capacity(job.wells.len());
@@ -100,17 +100,17 @@ pub fn collect(job: &Job, store: &Store, identity: &Identity) -> Result<Fleet, J
             let end = job.first(w, o) + job.todo.iter().map(|one| one.kinds.len()).sum::<usize>();
             let mut results = Vec::new();
             for piece in (job.first(w, o)..end).filter_map(|index| job.piece(index)) {
-                let name = names.of(&piece);
+                let name = names.key(&piece);
                 let state = there.get(&name).copied();
-                counts.done += usize::from(state == Some(State::Done));
-                counts.failed += usize::from(state == Some(State::Failed));
+                counts.done += usize::from(state == Some(PieceState::Done));
+                counts.failed += usize::from(state == Some(PieceState::Failed));
                 let text = match state {
                     None => None,
                     Some(_) => store.read(&name)?.map(|(_, text)| text),
                 };
                 results.push((piece.kind, text));
             }
-            let findings = Found::read(&occasion.when, &results);
+            let findings = PeriodResults::read(&occasion.when, &results);
             for (name, estimate) in &findings.estimates {
                 if !parameters.iter().any(|(known, _)| known == name) {
                     parameters.push((name.clone(), estimate.unit.clone()));
@@ -118,8 +118,8 @@ pub fn collect(job: &Job, store: &Store, identity: &Identity) -> Result<Fleet, J
             }
             occasions.push(findings);
         }
-        let lacks = lacks::of(&occasions);
-        wells.push(WellFound { name: well.name.clone(), occasions, lacks, changes: Vec::new() });
+        let lacks = lacks::collect(&occasions);
+        wells.push(AssetResults { name: well.name.clone(), occasions, lacks, changes: Vec::new() });
     }
     changes::find(&mut wells);
     let compared = unlike::compare(&wells, &parameters);

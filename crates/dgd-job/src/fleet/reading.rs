@@ -1,11 +1,11 @@
 //! Reads the results of one occasion: estimates with confidence intervals, missing terms, failures.
 
 use dgd_identify::percentiles;
-use dgd_work::result::discover::DiscoverResult;
-use dgd_work::result::fit::FitResult;
+use dgd_work::result::discover::DiscoverDocument;
+use dgd_work::result::fit::FitDocument;
 
 use crate::outcome::PieceDocument;
-use crate::piece::Kind;
+use crate::piece::PieceKind;
 
 /// Half width of a 95 % confidence interval, in standard deviations.
 const HALF_BAND: f64 = 1.959_963_984_540_054;
@@ -15,10 +15,10 @@ const BAND: f64 = 0.95;
 
 /// The results of recordings that were used together.
 #[derive(Debug, Default)]
-pub(super) struct Found {
+pub(super) struct PeriodResults {
     pub(super) when: String,
     /// Parameters by name, in the order of the model.
-    pub(super) estimates: Vec<(String, Estimate)>,
+    pub(super) estimates: Vec<(String, FleetEstimate)>,
     /// Whether the fit converged, and why not; `None` without a fit.
     pub(super) fit: Option<Result<(), String>>,
     pub(super) reduced_chi_square: Option<f64>,
@@ -27,7 +27,7 @@ pub(super) struct Found {
     /// Number of starting points that reached the lowest deviance, and their total.
     pub(super) starts: Option<(usize, usize)>,
     /// The result of the search, if there was one.
-    pub(super) search: Option<Search>,
+    pub(super) search: Option<SearchOutcome>,
     /// Failed pieces, with the reasons.
     pub(super) failures: Vec<(String, String)>,
     /// Pieces without a result.
@@ -36,19 +36,19 @@ pub(super) struct Found {
 
 /// A parameter in its declared unit.
 #[derive(Debug, Clone, PartialEq)]
-pub(super) struct Estimate {
+pub(super) struct FleetEstimate {
     pub(super) value: f64,
     /// Standard deviation; that of the model error if larger.
     pub(super) std: Option<f64>,
     /// 95 % confidence interval.
     pub(super) band: Option<(f64, f64)>,
-    pub(super) by: By,
+    pub(super) by: IntervalSource,
     pub(super) unit: String,
 }
 
 /// Source of a confidence interval.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum By {
+pub(super) enum IntervalSource {
     /// The standard deviation.
     Std,
     /// The profile of the likelihood.
@@ -57,19 +57,19 @@ pub(super) enum By {
     Replicates(usize),
 }
 
-impl By {
+impl IntervalSource {
     pub(super) fn name(self) -> &'static str {
         match self {
-            By::Std => "std",
-            By::Profile => "profile",
-            By::Replicates(_) => "replicates",
+            IntervalSource::Std => "std",
+            IntervalSource::Profile => "profile",
+            IntervalSource::Replicates(_) => "replicates",
         }
     }
 }
 
 /// The result of a search.
 #[derive(Debug, Clone, PartialEq)]
-pub(super) struct Search {
+pub(super) struct SearchOutcome {
     pub(super) verdict: String,
     /// Missing terms by name, with their onset within the recordings, s.
     pub(super) missing: Vec<(String, Option<f64>)>,
@@ -78,10 +78,10 @@ pub(super) struct Search {
 /// Fits whose deviances differ by less than this ended in the same minimum.
 const SAME_DEVIANCE: f64 = 0.1;
 
-impl Found {
+impl PeriodResults {
     /// From the results of its pieces, as far as there are any.
-    pub(super) fn read(when: &str, results: &[(Kind, Option<String>)]) -> Found {
-        let mut findings = Found { when: when.to_owned(), ..Found::default() };
+    pub(super) fn read(when: &str, results: &[(PieceKind, Option<String>)]) -> PeriodResults {
+        let mut findings = PeriodResults { when: when.to_owned(), ..PeriodResults::default() };
         let mut fits: Vec<FittedPiece<'_>> = Vec::new();
         let mut search = None;
         for (kind, text) in results {
@@ -91,7 +91,7 @@ impl Found {
             };
             let read = PieceDocument::read(text).and_then(|(stopped, result)| {
                 let unreadable = |error| format!("its result cannot be read: {error}");
-                if *kind == Kind::Discover {
+                if *kind == PieceKind::Discover {
                     search = Some(serde_json::from_value(result).map_err(unreadable)?);
                 } else {
                     let result = serde_json::from_value(result).map_err(unreadable)?;
@@ -107,14 +107,14 @@ impl Found {
         findings.read_fits(&fits);
         findings.read_bands(&fits);
         if let Some(result) = search {
-            findings.search = Some(Search::read(&result));
+            findings.search = Some(SearchOutcome::read(&result));
             if findings.estimates.is_empty() {
                 let parameters = result.base_parameters.iter();
                 let estimates = parameters.filter_map(|(name, entry)| {
                     let (std, std_model) = (entry.std, entry.std_model);
                     Some((
                         name.to_owned(),
-                        Estimate::new(entry.value?, std, std_model, &entry.unit),
+                        FleetEstimate::new(entry.value?, std, std_model, &entry.unit),
                     ))
                 });
                 findings.estimates = estimates.collect();
@@ -134,7 +134,7 @@ impl Found {
         let parameters = best.result.parameters.iter();
         let estimates = parameters.filter_map(|(name, entry)| {
             let (std, std_model) = (entry.std, entry.std_model);
-            Some((name.to_owned(), Estimate::new(entry.value?, std, std_model, &entry.unit)))
+            Some((name.to_owned(), FleetEstimate::new(entry.value?, std, std_model, &entry.unit)))
         });
         self.estimates = estimates.collect();
         let details = best.result.simulation.as_ref();
@@ -145,7 +145,7 @@ impl Found {
         self.fit = Some(if best.result.converged { Ok(()) } else { Err(reason()) });
         let least = deviance(best);
         let starts: Vec<&FittedPiece<'_>> =
-            fits.iter().filter(|fit| matches!(fit.kind, Kind::Start { .. })).collect();
+            fits.iter().filter(|fit| matches!(fit.kind, PieceKind::Start { .. })).collect();
         let led = starts
             .iter()
             .filter(|fit| fit.result.converged && deviance(fit) - least <= SAME_DEVIANCE);
@@ -160,7 +160,7 @@ impl Found {
             let values: Vec<f64> = values.flatten().copied().flatten().collect();
             let count = values.len();
             if let Some(band) = percentiles(values, BAND) {
-                (estimate.band, estimate.by) = (Some(band), By::Replicates(count));
+                (estimate.band, estimate.by) = (Some(band), IntervalSource::Replicates(count));
             }
             let mut profiles = fits.iter().filter_map(|fit| fit.result.profiles.get(name));
             let profile = profiles.find_map(|profile| {
@@ -168,36 +168,36 @@ impl Found {
                 low.zip(high)
             });
             if profile.is_some() {
-                (estimate.band, estimate.by) = (profile, By::Profile);
+                (estimate.band, estimate.by) = (profile, IntervalSource::Profile);
             }
         }
     }
 
     /// A parameter by name.
-    pub(super) fn estimate(&self, name: &str) -> Option<&Estimate> {
+    pub(super) fn estimate(&self, name: &str) -> Option<&FleetEstimate> {
         self.estimates.iter().find(|(known, _)| known == name).map(|(_, estimate)| estimate)
     }
 }
 
-impl Estimate {
+impl FleetEstimate {
     fn new(value: f64, std: Option<f64>, std_model: Option<f64>, unit: &str) -> Self {
         let std = [std, std_model].into_iter().flatten();
         let std = std.filter(|std| std.is_finite() && *std > 0.0).reduce(f64::max);
         let band = std.map(|std| (value - HALF_BAND * std, value + HALF_BAND * std));
-        Estimate { value, std, band, by: By::Std, unit: unit.to_owned() }
+        FleetEstimate { value, std, band, by: IntervalSource::Std, unit: unit.to_owned() }
     }
 }
 
 /// A piece with a fit.
 struct FittedPiece<'a> {
-    kind: &'a Kind,
+    kind: &'a PieceKind,
     /// Why the fit is incomplete.
     stopped: Option<String>,
-    result: FitResult,
+    result: FitDocument,
 }
 
-impl Search {
-    fn read(result: &DiscoverResult) -> Search {
+impl SearchOutcome {
+    fn read(result: &DiscoverDocument) -> SearchOutcome {
         let causes = result.plain.iter().flat_map(|plain| plain.causes.first());
         let causes = causes.map(|cause| (format!("`{}` is off", cause.name), None));
         let effects = result.effects.iter().map(|effect| (effect.name.clone(), effect.onset));
@@ -207,7 +207,7 @@ impl Search {
         let left_over =
             left_over.map(|place| (format!("something unknown at `{}`", place.target), None));
         let missing = causes.chain(effects).chain(terms).chain(left_over).collect();
-        Search { verdict: result.verdict.clone(), missing }
+        SearchOutcome { verdict: result.verdict.clone(), missing }
     }
 }
 
@@ -240,15 +240,15 @@ mod tests {
 
     #[test]
     fn of_several_starts_the_least_deviance_that_converged_counts() {
-        let start = |number| Kind::Start { number, of: 4 };
+        let start = |number| PieceKind::Start { number, of: 4 };
         let results = [
             (start(0), Some(fit(1.0, 10.0, true))),
             (start(1), Some(fit(2.0, 3.0, true))),
             (start(2), Some(fit(3.0, 1.0, false))),
             (start(3), Some(fit(2.1, 3.05, true))),
-            (Kind::Discover, None),
+            (PieceKind::Discover, None),
         ];
-        let findings = Found::read("now", &results);
+        let findings = PeriodResults::read("now", &results);
         let (name, estimate) = &findings.estimates[0];
         assert_eq!((name.as_str(), estimate.value, estimate.std), ("c", 2.0, Some(0.5)));
         assert_eq!((findings.starts, findings.fit, findings.open), (Some((2, 4)), Some(Ok(())), 1));
@@ -267,10 +267,10 @@ mod tests {
             let parameters = json!({ "c": { "value": 20.0, "unit": "m", "std": 1.0 } });
             Some(document(&json!({ "parameters": parameters, "bootstrap": bootstrap })))
         };
-        let replicates = |from| Kind::Replicates { from, count: 20 };
+        let replicates = |from| PieceKind::Replicates { from, count: 20 };
         let mut results = vec![(replicates(0), part(1)), (replicates(20), part(21))];
-        let findings = Found::read("now", &results);
-        assert_eq!(findings.estimates[0].1.by, By::Replicates(40));
+        let findings = PeriodResults::read("now", &results);
+        assert_eq!(findings.estimates[0].1.by, IntervalSource::Replicates(40));
         // 1 … 40: the quantiles 1/40.98 and its mirror.
         let (low, high) = findings.estimates[0].1.band.expect("a band");
         assert!((low - 1.025).abs() < 1e-9 && (high - 39.975).abs() < 1e-9, "{low} {high}");
@@ -281,11 +281,11 @@ mod tests {
         } });
         let parameters = json!({ "c": { "value": 20.0, "unit": "m", "std": 1.0 } });
         let text = document(&json!({ "parameters": parameters, "profiles": profiles }));
-        results.push((Kind::Profile { of: "c".into() }, Some(text)));
-        let findings = Found::read("now", &results);
+        results.push((PieceKind::Profile { of: "c".into() }, Some(text)));
+        let findings = PeriodResults::read("now", &results);
         assert_eq!(
             (findings.estimates[0].1.by, findings.estimates[0].1.band),
-            (By::Profile, Some((18.5, 22.0)))
+            (IntervalSource::Profile, Some((18.5, 22.0)))
         );
     }
 
@@ -315,12 +315,12 @@ mod tests {
             "recordings": [], "counts_from": [], "ranking": [], "screened": [], "not_tried": [],
         });
         let search = json!({ "state": "done", "result": result }).to_string();
-        let findings = Found::read(
+        let findings = PeriodResults::read(
             "now",
             &[
-                (Kind::Fit, Some(failed)),
-                (Kind::Discover, Some(search)),
-                (Kind::Fit, Some("torn".into())),
+                (PieceKind::Fit, Some(failed)),
+                (PieceKind::Discover, Some(search)),
+                (PieceKind::Fit, Some("torn".into())),
             ],
         );
         assert_eq!(findings.failures[0], ("fit".to_owned(), "no such file".to_owned()));

@@ -5,14 +5,14 @@ use std::fmt::Write as _;
 
 use serde_json::{Map, Value, json};
 
-use super::reading::{Estimate, Found};
-use super::{Fleet, WellFound};
+use super::reading::{FleetEstimate, PeriodResults};
+use super::{AssetResults, Fleet};
 
 /// Reasons listed in the text.
 const MOST_TOLD: usize = 20;
 
 /// A missing term, and the wells that lack it.
-pub(super) struct Missing<'a> {
+pub(super) struct SharedLack<'a> {
     pub(super) name: &'a str,
     /// Indices of the wells.
     pub(super) wells: Vec<usize>,
@@ -21,17 +21,17 @@ pub(super) struct Missing<'a> {
 }
 
 /// Terms missing at the last search of each well, the most frequent first.
-pub(super) fn missing(fleet: &Fleet) -> Vec<Missing<'_>> {
-    let mut missing_terms: BTreeMap<&str, Missing<'_>> = BTreeMap::new();
+pub(super) fn missing(fleet: &Fleet) -> Vec<SharedLack<'_>> {
+    let mut missing_terms: BTreeMap<&str, SharedLack<'_>> = BTreeMap::new();
     for (w, well) in fleet.wells.iter().enumerate() {
         for lack in &well.lacks {
-            let new = || Missing { name: &lack.name, wells: Vec::new(), new: 0 };
+            let new = || SharedLack { name: &lack.name, wells: Vec::new(), new: 0 };
             let one = missing_terms.entry(&lack.name).or_insert_with(new);
             one.wells.push(w);
             one.new += usize::from(lack.is_new);
         }
     }
-    let mut missing_terms: Vec<Missing<'_>> = missing_terms.into_values().collect();
+    let mut missing_terms: Vec<SharedLack<'_>> = missing_terms.into_values().collect();
     missing_terms.sort_by_key(|one| std::cmp::Reverse(one.wells.len()));
     missing_terms
 }
@@ -39,8 +39,8 @@ pub(super) fn missing(fleet: &Fleet) -> Vec<Missing<'_>> {
 /// The summary in one sentence: the number of wells, and of those with missing terms.
 pub(super) fn headline(fleet: &Fleet) -> String {
     let wells = fleet.wells.len();
-    let searched = |well: &&WellFound| well.occasions.iter().any(|found| found.search.is_some());
-    let searched: Vec<&WellFound> = fleet.wells.iter().filter(searched).collect();
+    let searched = |well: &&AssetResults| well.occasions.iter().any(|found| found.search.is_some());
+    let searched: Vec<&AssetResults> = fleet.wells.iter().filter(searched).collect();
     let lacking = searched.iter().filter(|well| !well.lacks.is_empty()).count();
     let unlike = fleet.compared.distances.iter().flatten().filter(|one| one.is_unlike).count();
     let mut parts = vec![match wells {
@@ -210,7 +210,7 @@ pub(super) fn json(fleet: &Fleet) -> Value {
     })
 }
 
-fn of_well(fleet: &Fleet, w: usize, well: &WellFound) -> Value {
+fn of_well(fleet: &Fleet, w: usize, well: &AssetResults) -> Value {
     let lacks = well.lacks.iter().map(|lack| {
         json!({ "name": lack.name, "since": lack.since, "onset": lack.onset, "new": lack.is_new })
     });
@@ -240,8 +240,8 @@ fn of_well(fleet: &Fleet, w: usize, well: &WellFound) -> Value {
     })
 }
 
-fn of_occasion(found: &Found) -> Value {
-    let estimate = |(name, estimate): &(String, Estimate)| {
+fn of_occasion(found: &PeriodResults) -> Value {
+    let estimate = |(name, estimate): &(String, FleetEstimate)| {
         let entry = json!({
             "value": estimate.value,
             "unit": estimate.unit,
@@ -252,7 +252,7 @@ fn of_occasion(found: &Found) -> Value {
         (name.clone(), entry)
     };
     let failures = found.failures.iter().map(|(what, why)| json!({ "what": what, "error": why }));
-    let missing = |search: &super::reading::Search| {
+    let missing = |search: &super::reading::SearchOutcome| {
         search.missing.iter().map(|(name, _)| name.clone()).collect::<Vec<String>>()
     };
     json!({

@@ -22,12 +22,12 @@
 
 use nalgebra::DVector;
 
-use super::bulk::{Bulk, centre_and_scale, extent, median};
-use super::{CHANCE, WellFound};
+use super::bulk::{BulkDistribution, centre_and_scale, extent, median};
+use super::{AssetResults, CHANCE};
 
 /// The comparison of the wells.
 #[derive(Debug, Default)]
-pub(super) struct Compared {
+pub(super) struct FleetComparison {
     /// Indices of the compared parameters of the fleet.
     pub(super) parameters: Vec<usize>,
     /// Parameters that are not compared, with the reason.
@@ -37,14 +37,14 @@ pub(super) struct Compared {
     /// Why there is no comparison.
     pub(super) without: Option<String>,
     /// Distance of each well of the fleet; `None` if a parameter is missing.
-    pub(super) distances: Vec<Option<Distance>>,
+    pub(super) distances: Vec<Option<AssetDistance>>,
     /// Median of each compared parameter, in its unit.
     pub(super) medians: Vec<f64>,
 }
 
 /// Distance of a well from the others.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Distance {
+pub(super) struct AssetDistance {
     /// In standard deviations of the bulk.
     pub(super) value: f64,
     /// Probability of a larger distance for a well like the others.
@@ -56,9 +56,10 @@ pub(super) struct Distance {
 }
 
 /// Compares the last estimates of all wells.
-pub(super) fn compare(wells: &[WellFound], parameters: &[(String, String)]) -> Compared {
-    let mut compared = Compared { distances: vec![None; wells.len()], ..Compared::default() };
-    let value = |well: &WellFound, name: &str| {
+pub(super) fn compare(wells: &[AssetResults], parameters: &[(String, String)]) -> FleetComparison {
+    let mut compared =
+        FleetComparison { distances: vec![None; wells.len()], ..FleetComparison::default() };
+    let value = |well: &AssetResults, name: &str| {
         let estimate = well.latest()?.estimate(name)?;
         estimate.value.is_finite().then_some((estimate.value, estimate.std.unwrap_or(0.0)))
     };
@@ -120,7 +121,7 @@ pub(super) fn compare(wells: &[WellFound], parameters: &[(String, String)]) -> C
         return compared;
     }
     let x: Vec<&DVector<f64>> = rows.iter().map(|(_, x, _)| x).collect();
-    let Some(bulk) = Bulk::of(&x, &DVector::from_vec(known_to)) else {
+    let Some(bulk) = BulkDistribution::estimate(&x, &DVector::from_vec(known_to)) else {
         compared.without = Some("parameters of most wells depend on each other exactly".to_owned());
         return compared;
     };
@@ -132,7 +133,12 @@ pub(super) fn compare(wells: &[WellFound], parameters: &[(String, String)]) -> C
         compared.distances[*w] = bulk.distance(x, &more).map(|(squared, most)| {
             let p_value = bulk.tail(squared);
             let is_unlike = p_value < CHANCE / rows.len() as f64;
-            Distance { value: squared.sqrt(), p_value, is_unlike, most: compared.parameters[most] }
+            AssetDistance {
+                value: squared.sqrt(),
+                p_value,
+                is_unlike,
+                most: compared.parameters[most],
+            }
         });
     }
     compared
@@ -148,7 +154,7 @@ mod tests {
     use rand_pcg::Pcg64;
     use rand_pcg::rand_core::Rng;
 
-    use super::super::reading::{By, Estimate, Found};
+    use super::super::reading::{FleetEstimate, IntervalSource, PeriodResults};
     use super::*;
 
     /// Normal numbers by the polar method.
@@ -171,20 +177,25 @@ mod tests {
         (0..p).map(|j| (format!("p{j}"), "m".to_owned())).collect()
     }
 
-    fn well(values: &[f64], std: f64) -> WellFound {
+    fn well(values: &[f64], std: f64) -> AssetResults {
         let estimate = |(j, value): (usize, &f64)| {
             let unit = "m".to_owned();
-            let estimate =
-                Estimate { value: *value, std: Some(std), band: None, by: By::Std, unit };
+            let estimate = FleetEstimate {
+                value: *value,
+                std: Some(std),
+                band: None,
+                by: IntervalSource::Std,
+                unit,
+            };
             (format!("p{j}"), estimate)
         };
         let estimates = values.iter().enumerate().map(estimate).collect();
-        let occasions = vec![Found { estimates, ..Found::default() }];
-        WellFound { name: String::new(), occasions, lacks: Vec::new(), changes: Vec::new() }
+        let occasions = vec![PeriodResults { estimates, ..PeriodResults::default() }];
+        AssetResults { name: String::new(), occasions, lacks: Vec::new(), changes: Vec::new() }
     }
 
     /// Wells with two correlated parameters, in units of different magnitude.
-    fn fleet(n: usize, seed: u64) -> Vec<WellFound> {
+    fn fleet(n: usize, seed: u64) -> Vec<AssetResults> {
         let mut normal = Normal(Pcg64::new(u128::from(seed), 7));
         let one = |_| {
             let (a, b, c) = (normal.next(), normal.next(), normal.next());
@@ -193,10 +204,10 @@ mod tests {
         (0..n).map(one).collect()
     }
 
-    fn unlike(wells: &[WellFound]) -> Vec<usize> {
+    fn unlike(wells: &[AssetResults]) -> Vec<usize> {
         let compared = compare(wells, &named(3));
         assert_eq!(compared.without, None);
-        let is_unlike = |d: &Option<Distance>| d.is_some_and(|d| d.is_unlike);
+        let is_unlike = |d: &Option<AssetDistance>| d.is_some_and(|d| d.is_unlike);
         (0..wells.len()).filter(|w| is_unlike(&compared.distances[*w])).collect()
     }
 
@@ -241,7 +252,7 @@ mod tests {
     #[test]
     fn units_do_not_matter() {
         let wells = fleet(50, 4);
-        let scaled: Vec<WellFound> = wells
+        let scaled: Vec<AssetResults> = wells
             .iter()
             .map(|well| {
                 let estimates = &well.occasions[0].estimates;
@@ -257,8 +268,8 @@ mod tests {
     }
 
     /// A fleet in which uncertainties are a tenth of the scatter.
-    fn known(n: usize, seed: u64) -> Vec<WellFound> {
-        let with_std = |well: &WellFound| {
+    fn known(n: usize, seed: u64) -> Vec<AssetResults> {
+        let with_std = |well: &AssetResults| {
             let value = |j: usize| well.occasions[0].estimates[j].1.value;
             let mut with_stds = super::tests::well(&[value(0), value(1), value(2)], 0.0);
             let estimates = &mut with_stds.occasions[0].estimates;
@@ -270,13 +281,13 @@ mod tests {
         fleet(n, seed).iter().map(with_std).collect()
     }
 
-    fn set(well: &mut WellFound, j: usize, value: f64) {
+    fn set(well: &mut AssetResults, j: usize, value: f64) {
         well.occasions[0].estimates[j].1.value = value;
     }
 
     #[test]
     fn where_most_wells_are_the_same_others_are_unlike_by_their_uncertainty() {
-        let value = |well: &WellFound, j: usize| well.occasions[0].estimates[j].1.value;
+        let value = |well: &AssetResults, j: usize| well.occasions[0].estimates[j].1.value;
         // In one parameter, perhaps at a bound, bitwise or up to rounding; one well is off by ten of its standard
         // deviations.
         for noise in [0.0, 1e-16] {
@@ -299,7 +310,7 @@ mod tests {
         }
         set(&mut wells[30], 1, copied[1] + 0.2);
         assert_eq!(unlike(&wells), [30]);
-        let copies: Vec<WellFound> = (0..20).map(|_| well(&copied, 0.1)).collect();
+        let copies: Vec<AssetResults> = (0..20).map(|_| well(&copied, 0.1)).collect();
         assert!(unlike(&copies).is_empty());
         // In a combination: the third is twice the second, except for one well, with usual values of both.
         let mut wells = known(40, 10);

@@ -25,7 +25,7 @@ use std::error::Error;
 use std::fmt;
 use std::path::{Path, PathBuf};
 
-use crate::piece::{Kind, Piece};
+use crate::piece::{Piece, PieceKind};
 
 pub use read::bytes;
 
@@ -45,25 +45,25 @@ pub struct Job {
     /// Memory limit of a piece, bytes.
     pub memory: Option<u64>,
     /// Tasks for each occasion.
-    pub todo: Vec<Do>,
+    pub todo: Vec<PeriodTask>,
     /// The wells.
-    pub wells: Vec<Well>,
+    pub wells: Vec<Asset>,
     /// Number of the first piece of each well, and the total number of pieces.
     begins: Vec<usize>,
 }
 
 /// A task for each occasion.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Do {
+pub struct PeriodTask {
     /// Its pieces.
-    pub kinds: Vec<Kind>,
+    pub kinds: Vec<PieceKind>,
     /// Additional options.
     pub options: Vec<String>,
 }
 
 /// A well.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Well {
+pub struct Asset {
     /// Its name.
     pub name: String,
     /// Its model, if not the common one.
@@ -71,12 +71,12 @@ pub struct Well {
     /// Additional options.
     pub options: Vec<String>,
     /// Its occasions, in order of time.
-    pub occasions: Vec<Occasion>,
+    pub occasions: Vec<Period>,
 }
 
 /// Recordings that are used together.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Occasion {
+pub struct Period {
     /// Their date as given in the file, or the name of the first recording.
     pub when: String,
     /// Training recordings.

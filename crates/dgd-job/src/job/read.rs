@@ -6,9 +6,9 @@ use std::path::Path;
 use dgd_work::meant;
 use serde_json::{Map, Value};
 
-use super::unique::Unique;
-use super::{Do, Job, Occasion, Well};
-use crate::piece::Kind;
+use super::unique::UniqueKeys;
+use super::{Asset, Job, Period, PeriodTask};
+use crate::piece::PieceKind;
 
 /// Options that a job file has its own keys for, with a hint to the key.
 const ELSEWHERE: [(&str, &str); 14] = [
@@ -29,7 +29,7 @@ const ELSEWHERE: [(&str, &str); 14] = [
 ];
 
 pub(super) fn job(text: &str, folder: &Path) -> Result<Job, String> {
-    let Unique(value) = serde_json::from_str(text).map_err(|error| error.to_string())?;
+    let UniqueKeys(value) = serde_json::from_str(text).map_err(|error| error.to_string())?;
     let known = ["model", "options", "seed", "threads", "memory", "do", "wells"];
     let document = object(&value, "the file", &known)?;
     let model = document.get("model").map(|model| string(model, "model")).transpose()?;
@@ -39,14 +39,14 @@ pub(super) fn job(text: &str, folder: &Path) -> Result<Job, String> {
         );
     };
     let todo = items(todo).iter().enumerate().map(|(k, one)| done(one, &format!("do[{k}]")));
-    let todo = todo.collect::<Result<Vec<Do>, String>>()?;
+    let todo = todo.collect::<Result<Vec<PeriodTask>, String>>()?;
     let Some(Value::Object(wells)) =
         document.get("wells").filter(|wells| wells.as_object().is_some_and(|w| !w.is_empty()))
     else {
         return Err("`wells` are missing, as in \"wells\": { \"A-1\": \"a1.csv\" }".to_owned());
     };
     let wells = wells.iter().map(|(name, value)| well(name, value));
-    let wells = wells.collect::<Result<Vec<Well>, String>>()?;
+    let wells = wells.collect::<Result<Vec<Asset>, String>>()?;
     let lost = wells.iter().find(|well| model.is_none() && well.model.is_none());
     if let Some(well) = lost {
         return Err(format!("there is no model for `wells.{}`: give the job a `model`", well.name));
@@ -66,17 +66,17 @@ pub(super) fn job(text: &str, folder: &Path) -> Result<Job, String> {
 }
 
 /// The task for each occasion.
-fn done(value: &Value, place: &str) -> Result<Do, String> {
+fn done(value: &Value, place: &str) -> Result<PeriodTask, String> {
     if let Some(kind) = value.as_str() {
         let kinds = match kind {
-            "fit" => vec![Kind::Fit],
-            "discover" => vec![Kind::Discover],
+            "fit" => vec![PieceKind::Fit],
+            "discover" => vec![PieceKind::Discover],
             "starts" | "replicates" | "profile" => {
                 return Err(format!("`{place}`: `{kind}` is written as {}", example(kind)));
             }
             other => return Err(unknown(place, other)),
         };
-        return Ok(Do { kinds, options: Vec::new() });
+        return Ok(PeriodTask { kinds, options: Vec::new() });
     }
     let fields = object(value, place, &["kind", "count", "each", "of", "options"])?;
     let Some(kind) = fields.get("kind").and_then(Value::as_str) else {
@@ -100,29 +100,31 @@ fn done(value: &Value, place: &str) -> Result<Do, String> {
         return Err(format!("`{place}`: `{kind}` takes no `{other}`"));
     }
     let kinds = match kind {
-        "fit" => vec![Kind::Fit],
-        "discover" => vec![Kind::Discover],
+        "fit" => vec![PieceKind::Fit],
+        "discover" => vec![PieceKind::Discover],
         "starts" => {
             let points = number(needed("count")?, &key("count"), 1)?;
             let points = u32::try_from(points).ok().filter(|points| *points <= 100_000);
             let points =
                 points.ok_or_else(|| format!("`{}`: at most 100000 points", key("count")))?;
-            (0..points).map(|number| Kind::Start { number, of: points }).collect()
+            (0..points).map(|number| PieceKind::Start { number, of: points }).collect()
         }
         "replicates" => {
             let count = number(needed("count")?, &key("count"), 1)? as usize;
             let each = fields.get("each").map(|each| number(each, &key("each"), 1)).transpose()?;
             let each = each.map_or(count, |each| each as usize);
             let firsts = (0..count).step_by(each);
-            firsts.map(|from| Kind::Replicates { from, count: each.min(count - from) }).collect()
+            firsts
+                .map(|from| PieceKind::Replicates { from, count: each.min(count - from) })
+                .collect()
         }
         "profile" => {
             let names = strings(needed("of")?, &key("of"))?;
-            names.into_iter().map(|of| Kind::Profile { of }).collect()
+            names.into_iter().map(|of| PieceKind::Profile { of }).collect()
         }
         other => return Err(unknown(place, other)),
     };
-    Ok(Do { kinds, options: options(fields, &key("options"))? })
+    Ok(PeriodTask { kinds, options: options(fields, &key("options"))? })
 }
 
 fn unknown(place: &str, kind: &str) -> String {
@@ -139,7 +141,7 @@ fn example(kind: &str) -> &'static str {
     }
 }
 
-fn well(name: &str, value: &Value) -> Result<Well, String> {
+fn well(name: &str, value: &Value) -> Result<Asset, String> {
     let place = format!("wells.{name}");
     let (model, own, recordings) = match value {
         Value::Object(all) if all.contains_key("recordings") => {
@@ -155,7 +157,7 @@ fn well(name: &str, value: &Value) -> Result<Well, String> {
         Value::Array(_) => occasion(one, &format!("{place}[{k}]")),
         _ => occasion(one, &place),
     });
-    let occasions = occasions.collect::<Result<Vec<Occasion>, String>>()?;
+    let occasions = occasions.collect::<Result<Vec<Period>, String>>()?;
     if occasions.is_empty() {
         return Err(format!("`{place}` has no recordings"));
     }
@@ -166,13 +168,13 @@ fn well(name: &str, value: &Value) -> Result<Well, String> {
             twice.when
         ));
     }
-    Ok(Well { name: name.to_owned(), model, options: own, occasions })
+    Ok(Asset { name: name.to_owned(), model, options: own, occasions })
 }
 
-fn occasion(value: &Value, place: &str) -> Result<Occasion, String> {
+fn occasion(value: &Value, place: &str) -> Result<Period, String> {
     if let Some(file) = value.as_str() {
         let data = vec![file.to_owned()];
-        return Ok(Occasion { when: stem(file), data, valid: Vec::new(), options: Vec::new() });
+        return Ok(Period { when: stem(file), data, valid: Vec::new(), options: Vec::new() });
     }
     if !value.is_object() {
         return Err(format!(
@@ -194,7 +196,7 @@ fn occasion(value: &Value, place: &str) -> Result<Occasion, String> {
         None => stem(first),
     };
     let own_options = options(fields, &format!("{place}.options"))?;
-    Ok(Occasion { when, valid: files("valid")?, data, options: own_options })
+    Ok(Period { when, valid: files("valid")?, data, options: own_options })
 }
 
 /// The name of a file without folder and extension.

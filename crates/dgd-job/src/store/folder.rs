@@ -6,12 +6,12 @@ use std::path::{Path, PathBuf};
 
 use dgd_data::files::{WriteError, make_folder, remove_left_over, write_first, write_shared};
 
-use super::{Place, State};
+use super::{KeyValueStore, PieceState};
 use crate::job::JobError;
 
 /// A folder shared by processes.
 #[derive(Debug)]
-pub(super) struct Folder {
+pub(super) struct SharedFolder {
     pub(super) folder: PathBuf,
 }
 
@@ -19,7 +19,7 @@ fn refused(error: &WriteError) -> JobError {
     JobError(error.to_string())
 }
 
-impl Folder {
+impl SharedFolder {
     /// Reads a file that may be absent.
     fn found<T>(&self, key: &str, read: io::Result<T>) -> Result<Option<T>, JobError> {
         match read {
@@ -50,7 +50,7 @@ impl Folder {
     }
 }
 
-impl Place for Folder {
+impl KeyValueStore for SharedFolder {
     fn may_cut_off(&self) -> bool {
         true
     }
@@ -98,7 +98,7 @@ impl Place for Folder {
 
     fn tidy(&self) {
         remove_left_over(&self.folder);
-        for state in [State::Failed, State::Done] {
+        for state in [PieceState::Failed, PieceState::Done] {
             for shard in self.shards(state.name()).unwrap_or_default() {
                 remove_left_over(&shard);
             }

@@ -20,12 +20,12 @@ use std::sync::{Arc, OnceLock};
 use dgd_work::json_text;
 use serde_json::json;
 
-use crate::identity::Identity;
+use crate::identity::BuildIdentity;
 use crate::job::JobError;
-use folder::Folder;
+use folder::SharedFolder;
 
 /// A key–text store with keys like `done/ab/abcd….json`, in which each text is either complete or absent.
-pub trait Place: Debug + Send + Sync {
+pub trait KeyValueStore: Debug + Send + Sync {
     /// Whether a text may be truncated, so that it must be read to check; not if the store itself keeps texts complete.
     fn may_cut_off(&self) -> bool {
         false
@@ -66,15 +66,15 @@ pub trait Place: Debug + Send + Sync {
 }
 
 /// Opens a store other than a folder by its name, which begins with its scheme.
-pub type Opens = fn(&str) -> Result<Arc<dyn Place>, JobError>;
+pub type StoreOpener = fn(&str) -> Result<Arc<dyn KeyValueStore>, JobError>;
 
 /// Prefix of the names of other stores.
 const ELSEWHERE: &str = "s3://";
 
-static OPENS: OnceLock<Opens> = OnceLock::new();
+static OPENS: OnceLock<StoreOpener> = OnceLock::new();
 
 /// Registers the function that opens `s3://` stores.
-pub fn set_opens(opens: Opens) {
+pub fn set_opens(opens: StoreOpener) {
     let _ = OPENS.set(opens);
 }
 
@@ -83,9 +83,9 @@ pub fn is_elsewhere(into: &Path) -> bool {
     into.to_str().is_some_and(|name| name.starts_with(ELSEWHERE))
 }
 
-fn place(into: &Path) -> Result<Arc<dyn Place>, JobError> {
+fn place(into: &Path) -> Result<Arc<dyn KeyValueStore>, JobError> {
     let Some(name) = into.to_str().filter(|_| is_elsewhere(into)) else {
-        return Ok(Arc::new(Folder { folder: into.to_owned() }));
+        return Ok(Arc::new(SharedFolder { folder: into.to_owned() }));
     };
     match OPENS.get() {
         Some(opens) => opens(name),
@@ -98,27 +98,27 @@ fn place(into: &Path) -> Result<Arc<dyn Place>, JobError> {
 
 /// The state of a piece.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum State {
+pub enum PieceState {
     /// It has a result.
     Done,
     /// It failed; its document has the reason.
     Failed,
 }
 
-impl State {
+impl PieceState {
     /// The folder of such results.
     pub fn name(self) -> &'static str {
         match self {
-            State::Done => "done",
-            State::Failed => "failed",
+            PieceState::Done => "done",
+            PieceState::Failed => "failed",
         }
     }
 }
 
 /// The results of a fleet.
 #[derive(Debug, Clone)]
-pub struct Store {
-    place: Arc<dyn Place>,
+pub struct FleetStore {
+    place: Arc<dyn KeyValueStore>,
 }
 
 /// The file with the identity of the results.
@@ -128,7 +128,7 @@ const FLEET: &str = "fleet.json";
 const SHARD: usize = 2;
 
 /// The key of a result.
-fn key(name: &str, state: State) -> String {
+fn key(name: &str, state: PieceState) -> String {
     let shard = name.get(..SHARD).unwrap_or(name);
     format!("{}/{shard}/{name}.json", state.name())
 }
@@ -138,14 +138,14 @@ fn is_whole(text: &str) -> bool {
     serde_json::from_str::<serde::de::IgnoredAny>(text).is_ok()
 }
 
-impl Store {
+impl FleetStore {
     /// Opens the store for results of this build, and creates the folder if necessary.
     ///
     /// # Errors
     ///
     /// The existing results are of another build or platform, or the system refused.
-    pub fn open(into: &Path, identity: &Identity) -> Result<Store, JobError> {
-        let store = Store::at(into)?;
+    pub fn open(into: &Path, identity: &BuildIdentity) -> Result<FleetStore, JobError> {
+        let store = FleetStore::open_in(into)?;
         if !store.place.has(FLEET)? {
             let text = json_text(&json!({ "fleet": 1, "identity": identity }));
             store.place.put_first(FLEET, &text)?;
@@ -166,8 +166,8 @@ impl Store {
     /// # Errors
     ///
     /// The store does not exist.
-    pub fn at(into: &Path) -> Result<Store, JobError> {
-        Ok(Store { place: place(into)? })
+    pub fn open_in(into: &Path) -> Result<FleetStore, JobError> {
+        Ok(FleetStore { place: place(into)? })
     }
 
     /// The identity of the results; `None` if there are none yet.
@@ -175,11 +175,11 @@ impl Store {
     /// # Errors
     ///
     /// The file exists but cannot be read.
-    pub fn identity(&self) -> Result<Option<Identity>, JobError> {
+    pub fn identity(&self) -> Result<Option<BuildIdentity>, JobError> {
         let Some(text) = self.place.read(FLEET)? else { return Ok(None) };
         #[derive(serde::Deserialize)]
         struct Fleet {
-            identity: Identity,
+            identity: BuildIdentity,
         }
         let shown = self.place.shown(FLEET);
         let fleet: serde_json::Result<Fleet> = serde_json::from_str(&text);
@@ -189,7 +189,7 @@ impl Store {
     }
 
     /// Location of a result.
-    pub fn path(&self, name: &str, state: State) -> PathBuf {
+    pub fn path(&self, name: &str, state: PieceState) -> PathBuf {
         self.place.shown(&key(name, state))
     }
 
@@ -198,8 +198,8 @@ impl Store {
     /// # Errors
     ///
     /// The store cannot be read. The same applies to the methods that follow.
-    pub fn state(&self, name: &str) -> Result<Option<State>, JobError> {
-        for state in [State::Done, State::Failed] {
+    pub fn state(&self, name: &str) -> Result<Option<PieceState>, JobError> {
+        for state in [PieceState::Done, PieceState::Failed] {
             if self.has_whole(&key(name, state))? {
                 return Ok(Some(state));
             }
@@ -219,9 +219,9 @@ impl Store {
     ///
     /// # Errors
     ///
-    /// Those of [`Store::state`].
-    pub fn read(&self, name: &str) -> Result<Option<(State, String)>, JobError> {
-        for state in [State::Done, State::Failed] {
+    /// Those of [`FleetStore::state`].
+    pub fn read(&self, name: &str) -> Result<Option<(PieceState, String)>, JobError> {
+        for state in [PieceState::Done, PieceState::Failed] {
             let text = self.place.read(&key(name, state))?;
             let counts = |text: &String| !self.place.may_cut_off() || is_whole(text);
             if let Some(text) = text.filter(counts) {
@@ -236,13 +236,13 @@ impl Store {
     /// # Errors
     ///
     /// The store refused.
-    pub fn put(&self, name: &str, state: State, text: &str) -> Result<(), JobError> {
+    pub fn put(&self, name: &str, state: PieceState, text: &str) -> Result<(), JobError> {
         match state {
-            State::Failed => self.place.put(&key(name, state), text),
-            State::Done => {
+            PieceState::Failed => self.place.put(&key(name, state), text),
+            PieceState::Done => {
                 self.place.put_same(&key(name, state), text)?;
                 // An earlier failure.
-                let _ = self.place.remove(&key(name, State::Failed));
+                let _ = self.place.remove(&key(name, PieceState::Failed));
                 Ok(())
             }
         }
@@ -252,10 +252,10 @@ impl Store {
     ///
     /// # Errors
     ///
-    /// Those of [`Store::state`].
-    pub fn all(&self) -> Result<BTreeMap<String, State>, JobError> {
+    /// Those of [`FleetStore::state`].
+    pub fn all(&self) -> Result<BTreeMap<String, PieceState>, JobError> {
         let mut states = BTreeMap::new();
-        for state in [State::Failed, State::Done] {
+        for state in [PieceState::Failed, PieceState::Done] {
             for key in self.place.keys(&format!("{}/", state.name()))? {
                 let name = key.rsplit('/').next().and_then(|name| name.strip_suffix(".json"));
                 let Some(name) = name.filter(|name| !name.starts_with('.')) else { continue };
@@ -279,9 +279,9 @@ mod tests {
 
     use super::*;
 
-    fn identity(build: &str) -> Identity {
+    fn identity(build: &str) -> BuildIdentity {
         let text = |text: &str| text.to_owned();
-        Identity {
+        BuildIdentity {
             version: text("1"),
             build: text(build),
             platform: text("p"),
@@ -293,19 +293,22 @@ mod tests {
     fn results_are_found_by_name_and_done_counts_before_failed() {
         let folder = tempfile::tempdir().expect("a folder for the test");
         let path = folder.path().join("deep").join("results");
-        let store = Store::open(&path, &identity("b")).expect("it is made");
+        let store = FleetStore::open(&path, &identity("b")).expect("it is made");
         let (one, two) = ("00112233445566778899aabbccddeeff", "ff112233445566778899aabbccddeeff");
         assert_eq!((store.state(one), store.read(one)), (Ok(None), Ok(None)));
-        store.put(one, State::Failed, "\"no\"\n").expect("writable");
-        store.put(two, State::Done, "\"yes\"\n").expect("writable");
-        let states =
-            BTreeMap::from([(one.to_owned(), State::Failed), (two.to_owned(), State::Done)]);
+        store.put(one, PieceState::Failed, "\"no\"\n").expect("writable");
+        store.put(two, PieceState::Done, "\"yes\"\n").expect("writable");
+        let states = BTreeMap::from([
+            (one.to_owned(), PieceState::Failed),
+            (two.to_owned(), PieceState::Done),
+        ]);
         assert_eq!(store.all(), Ok(states));
-        store.put(one, State::Done, "\"after all\"\n").expect("writable");
-        assert_eq!(store.read(one), Ok(Some((State::Done, "\"after all\"\n".to_owned()))));
-        assert!(!store.path(one, State::Failed).exists());
+        store.put(one, PieceState::Done, "\"after all\"\n").expect("writable");
+        assert_eq!(store.read(one), Ok(Some((PieceState::Done, "\"after all\"\n".to_owned()))));
+        assert!(!store.path(one, PieceState::Failed).exists());
         // A temporary file is not a result.
-        let torn = store.path(two, State::Done).with_file_name(format!(".{two}.json.host-1-0.tmp"));
+        let torn =
+            store.path(two, PieceState::Done).with_file_name(format!(".{two}.json.host-1-0.tmp"));
         fs::write(&torn, "y").expect("writable");
         assert_eq!(store.all().map(|all| all.len()), Ok(2));
         store.tidy();
@@ -315,10 +318,10 @@ mod tests {
     #[test]
     fn what_is_cut_off_is_no_result_wherever_it_is_cut() {
         let folder = tempfile::tempdir().expect("a folder for the test");
-        let store = Store::open(folder.path(), &identity("b")).expect("it is made");
+        let store = FleetStore::open(folder.path(), &identity("b")).expect("it is made");
         let name = "00112233445566778899aabbccddeeff";
         let text = json_text(&json!({ "state": "done", "result": { "a": [1, 2], "b": "}" } }));
-        for state in [State::Done, State::Failed] {
+        for state in [PieceState::Done, PieceState::Failed] {
             store.put(name, state, &text).expect("writable");
             assert_eq!(store.state(name), Ok(Some(state)));
             let document = text.trim_end();
@@ -328,16 +331,20 @@ mod tests {
                 assert_eq!(store.all(), Ok(BTreeMap::new()), "{end}");
             }
         }
-        store.put(name, State::Failed, &text).expect("writable");
-        assert_eq!(store.read(name), Ok(Some((State::Failed, text.clone()))), "done is cut off");
-        store.put(name, State::Done, &text).expect("writable");
-        assert_eq!(store.read(name), Ok(Some((State::Done, text))), "it is replaced");
+        store.put(name, PieceState::Failed, &text).expect("writable");
+        assert_eq!(
+            store.read(name),
+            Ok(Some((PieceState::Failed, text.clone()))),
+            "done is cut off"
+        );
+        store.put(name, PieceState::Done, &text).expect("writable");
+        assert_eq!(store.read(name), Ok(Some((PieceState::Done, text))), "it is replaced");
     }
 
     #[test]
     fn a_place_that_this_program_does_not_know_is_refused_and_makes_no_folder() {
         let into = Path::new("s3://wells/results");
-        let refused = Store::open(into, &identity("b")).expect_err("it is built elsewhere");
+        let refused = FleetStore::open(into, &identity("b")).expect_err("it is built elsewhere");
         assert!(
             refused.0.contains("`s3://wells/results`") && refused.0.contains("`tools/s3/`"),
             "{refused}"
@@ -348,12 +355,13 @@ mod tests {
     #[test]
     fn results_of_another_build_are_not_mixed_with() {
         let folder = tempfile::tempdir().expect("a folder for the test");
-        Store::open(folder.path(), &identity("one")).expect("it is made");
-        Store::open(folder.path(), &identity("one")).expect("it is the same");
-        let refused = Store::open(folder.path(), &identity("two")).expect_err("it is another");
+        FleetStore::open(folder.path(), &identity("one")).expect("it is made");
+        FleetStore::open(folder.path(), &identity("one")).expect("it is the same");
+        let refused = FleetStore::open(folder.path(), &identity("two")).expect_err("it is another");
         assert!(refused.0.contains("another build") && refused.0.contains("--into"), "{refused}");
-        let there =
-            Store::at(folder.path()).and_then(|store| store.identity()).expect("it is read");
+        let there = FleetStore::open_in(folder.path())
+            .and_then(|store| store.identity())
+            .expect("it is read");
         assert_eq!(there, Some(identity("one")), "which anybody may look at");
     }
 }

@@ -4,23 +4,23 @@ use std::io::{self, BufRead, BufReader, Read, Write};
 use std::process::{Child, ChildStdin, ChildStdout, Command, ExitStatus, Stdio};
 use std::thread::JoinHandle;
 
-use super::{Answer, Ask};
-use crate::identity::Program;
+use super::{WorkerAnswer, WorkerQuestion};
+use crate::identity::ProgramFile;
 
 /// Length of the end of standard error that is kept, in bytes.
 const LAST_WORDS: usize = 400;
 
 /// A child process.
-pub(super) struct Worker {
+pub(super) struct WorkerProcess {
     child: Child,
     questions: ChildStdin,
     answers: BufReader<ChildStdout>,
     words: JoinHandle<String>,
 }
 
-impl Worker {
+impl WorkerProcess {
     /// Starts a child process.
-    pub(super) fn start(program: &Program) -> io::Result<Worker> {
+    pub(super) fn start(program: &ProgramFile) -> io::Result<WorkerProcess> {
         let (first, more) = program.start.split_first().ok_or(io::ErrorKind::NotFound)?;
         let mut command = Command::new(first);
         command.args(more).args(["job", "work"]);
@@ -31,11 +31,11 @@ impl Worker {
             return Err(io::ErrorKind::BrokenPipe.into());
         };
         let words = std::thread::spawn(move || last_words(errors));
-        Ok(Worker { child, questions, answers: BufReader::new(answers), words })
+        Ok(WorkerProcess { child, questions, answers: BufReader::new(answers), words })
     }
 
     /// The answer to a question; `None` if the process ended instead.
-    pub(super) fn ask(&mut self, ask: &Ask) -> Option<Answer> {
+    pub(super) fn ask(&mut self, ask: &WorkerQuestion) -> Option<WorkerAnswer> {
         let mut line = serde_json::to_string(ask).ok()?;
         line.push('\n');
         self.questions.write_all(line.as_bytes()).and_then(|()| self.questions.flush()).ok()?;

@@ -18,26 +18,26 @@ use std::path::PathBuf;
 
 use serde::{Deserialize, Serialize};
 
-use crate::identity::Identity;
+use crate::identity::BuildIdentity;
 use crate::piece::Piece;
 
 pub use memory::is_limited;
-pub use run::{Plan, Share, Tally, run};
+pub use run::{JobShare, RunPlan, RunTally, run};
 pub use serve::serve;
 
 /// A question to a worker, one line of JSON each.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
-pub enum Ask {
+pub enum WorkerQuestion {
     /// Asks for the build.
     Identity,
     /// Asks for the computation of a piece.
-    Perform(Box<Task>),
+    Perform(Box<PieceTask>),
 }
 
 /// A piece and its settings.
 #[derive(Debug, Clone, Serialize, Deserialize)]
-pub struct Task {
+pub struct PieceTask {
     /// Its name.
     pub name: String,
     /// The piece.
@@ -58,9 +58,9 @@ pub struct Task {
 /// The answer of a worker.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
-pub enum Answer {
+pub enum WorkerAnswer {
     /// The build.
-    Identity(Identity),
+    Identity(BuildIdentity),
     /// The piece has a result.
     Done(String),
     /// The piece failed; its document has the reason.

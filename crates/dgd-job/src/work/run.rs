@@ -5,12 +5,12 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 
 use serde::Serialize;
 
-use super::child::Worker;
-use super::{Answer, Ask, Task};
-use crate::identity::Program;
+use super::child::WorkerProcess;
+use super::{PieceTask, WorkerAnswer, WorkerQuestion};
+use crate::identity::ProgramFile;
 use crate::job::{Job, JobError};
-use crate::name::Names;
-use crate::store::{State, Store};
+use crate::name::PieceKeys;
+use crate::store::{FleetStore, PieceState};
 
 /// A piece that ends its process this many times is recorded as failed. Random terminations rarely hit one piece so
 /// often.
@@ -18,7 +18,7 @@ const ATTEMPTS: usize = 3;
 
 /// A share of the pieces of a job.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Share {
+pub enum JobShare {
     /// All of them.
     All,
     /// A single piece, by its number from 0.
@@ -34,17 +34,17 @@ pub enum Share {
 
 /// Settings of a run.
 #[derive(Debug)]
-pub struct Plan<'a> {
+pub struct RunPlan<'a> {
     /// The job.
     pub job: &'a Job,
     /// The store of the results.
-    pub store: &'a Store,
+    pub store: &'a FleetStore,
     /// The folder of the store, as passed to children.
     pub into: &'a std::path::Path,
     /// Names of the pieces.
-    pub names: &'a Names,
+    pub names: &'a PieceKeys,
     /// The program that children run.
-    pub program: &'a Program,
+    pub program: &'a ProgramFile,
     /// Number of simultaneous children.
     pub workers: usize,
     /// Threads for each piece.
@@ -52,14 +52,14 @@ pub struct Plan<'a> {
     /// Memory limit of each piece, bytes.
     pub memory: Option<u64>,
     /// Which pieces.
-    pub share: Share,
+    pub share: JobShare,
     /// Whether to compute failed pieces again.
     pub retries: bool,
 }
 
 /// The statistics of a run.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize)]
-pub struct Tally {
+pub struct RunTally {
     /// Requested pieces.
     pub pieces: usize,
     /// Pieces that had a result, or that another run finished first.
@@ -75,15 +75,18 @@ pub struct Tally {
 /// # Errors
 ///
 /// A child cannot be started, or a result cannot be written.
-pub fn run(plan: &Plan<'_>, heard: &(dyn Fn(usize, usize) + Sync)) -> Result<Tally, JobError> {
+pub fn run(
+    plan: &RunPlan<'_>,
+    heard: &(dyn Fn(usize, usize) + Sync),
+) -> Result<RunTally, JobError> {
     let numbers = asked(plan.job.len(), plan.share);
     let from = begin(numbers.len());
-    let queue = Queue {
+    let queue = PieceQueue {
         plan,
         asked: &numbers,
         from,
         next: AtomicUsize::new(0),
-        tally: Mutex::new(Tally { pieces: numbers.len(), ..Tally::default() }),
+        tally: Mutex::new(RunTally { pieces: numbers.len(), ..RunTally::default() }),
         heard,
     };
     let workers = plan.workers.min(numbers.len()).max(1);
@@ -100,11 +103,11 @@ pub fn run(plan: &Plan<'_>, heard: &(dyn Fn(usize, usize) + Sync)) -> Result<Tal
 }
 
 /// The numbers of the pieces.
-fn asked(len: usize, share: Share) -> Vec<usize> {
+fn asked(len: usize, share: JobShare) -> Vec<usize> {
     match share {
-        Share::All => (0..len).collect(),
-        Share::One(index) => (index..len).take(1).collect(),
-        Share::Every { first, of } => (first..len).step_by(of.max(1)).collect(),
+        JobShare::All => (0..len).collect(),
+        JobShare::One(index) => (index..len).take(1).collect(),
+        JobShare::Every { first, of } => (first..len).step_by(of.max(1)).collect(),
     }
 }
 
@@ -116,22 +119,22 @@ fn begin(len: usize) -> usize {
     if len == 0 { 0 } else { (digest % len as u128) as usize }
 }
 
-struct Queue<'a> {
-    plan: &'a Plan<'a>,
+struct PieceQueue<'a> {
+    plan: &'a RunPlan<'a>,
     asked: &'a [usize],
     from: usize,
     next: AtomicUsize,
-    tally: Mutex<Tally>,
+    tally: Mutex<RunTally>,
     heard: &'a (dyn Fn(usize, usize) + Sync),
 }
 
 /// The outcome of a piece in this run.
-enum Became {
-    Had(State),
-    Computed(State),
+enum PieceEnd {
+    Had(PieceState),
+    Computed(PieceState),
 }
 
-impl Queue<'_> {
+impl PieceQueue<'_> {
     /// The loop of one thread, with one child at a time.
     fn work(&self) -> Result<(), JobError> {
         let mut worker = None;
@@ -153,17 +156,17 @@ impl Queue<'_> {
         Ok(())
     }
 
-    fn one(&self, index: usize, worker: &mut Option<Worker>) -> Result<Became, JobError> {
-        let Plan { job, store, names, .. } = *self.plan;
+    fn one(&self, index: usize, worker: &mut Option<WorkerProcess>) -> Result<PieceEnd, JobError> {
+        let RunPlan { job, store, names, .. } = *self.plan;
         let piece =
             job.piece(index).ok_or_else(|| JobError(format!("there is no piece {index}")))?;
-        let name = names.of(&piece);
+        let name = names.key(&piece);
         match store.state(&name)? {
-            Some(State::Failed) if self.plan.retries => {}
-            Some(state) => return Ok(Became::Had(state)),
+            Some(PieceState::Failed) if self.plan.retries => {}
+            Some(state) => return Ok(PieceEnd::Had(state)),
             None => {}
         }
-        let mut task = Task {
+        let mut task = PieceTask {
             name,
             piece,
             folder: job.folder.clone(),
@@ -175,19 +178,19 @@ impl Queue<'_> {
         let mut last = String::new();
         for _ in 0..ATTEMPTS {
             match self.ask(&task, worker)? {
-                Ok(state) => return Ok(Became::Computed(state)),
+                Ok(state) => return Ok(PieceEnd::Computed(state)),
                 Err(how) => last = how,
             }
             // The child may have been terminated just after it wrote the result.
-            if store.state(&task.name)? == Some(State::Done) {
-                return Ok(Became::Computed(State::Done));
+            if store.state(&task.name)? == Some(PieceState::Done) {
+                return Ok(PieceEnd::Computed(PieceState::Done));
             }
         }
         task.given_up = Some(format!(
             "each of {ATTEMPTS} times that it was tried, the process that computed it {last}"
         ));
         match self.ask(&task, worker)? {
-            Ok(state) => Ok(Became::Computed(state)),
+            Ok(state) => Ok(PieceEnd::Computed(state)),
             Err(how) => Err(JobError(format!("the process that was to write a result {how}"))),
         }
     }
@@ -195,37 +198,37 @@ impl Queue<'_> {
     /// Sends a piece to a child, a new one if necessary; returns how the child ended if it did not answer.
     fn ask(
         &self,
-        task: &Task,
-        worker: &mut Option<Worker>,
-    ) -> Result<Result<State, String>, JobError> {
+        task: &PieceTask,
+        worker: &mut Option<WorkerProcess>,
+    ) -> Result<Result<PieceState, String>, JobError> {
         let mut child = match worker.take() {
             Some(worker) => worker,
-            None => Worker::start(self.plan.program)
+            None => WorkerProcess::start(self.plan.program)
                 .map_err(|error| JobError(format!("no process can be started: {error}")))?,
         };
-        let state = match child.ask(&Ask::Perform(Box::new(task.clone()))) {
-            Some(Answer::Done(_)) => State::Done,
-            Some(Answer::Failed(_)) => State::Failed,
-            Some(Answer::Refused(words)) => return Err(JobError(words)),
-            Some(Answer::Identity(_)) | None => return Ok(Err(child.ended())),
+        let state = match child.ask(&WorkerQuestion::Perform(Box::new(task.clone()))) {
+            Some(WorkerAnswer::Done(_)) => PieceState::Done,
+            Some(WorkerAnswer::Failed(_)) => PieceState::Failed,
+            Some(WorkerAnswer::Refused(words)) => return Err(JobError(words)),
+            Some(WorkerAnswer::Identity(_)) | None => return Ok(Err(child.ended())),
         };
         *worker = Some(child);
         Ok(Ok(state))
     }
 
-    fn count(&self, became: &Became) {
+    fn count(&self, became: &PieceEnd) {
         let Ok(mut tally) = self.tally.lock() else { return };
         let state = match became {
-            Became::Had(state) => {
+            PieceEnd::Had(state) => {
                 tally.had += 1;
                 state
             }
-            Became::Computed(state) => {
+            PieceEnd::Computed(state) => {
                 tally.computed += 1;
                 state
             }
         };
-        tally.failed += usize::from(*state == State::Failed);
+        tally.failed += usize::from(*state == PieceState::Failed);
         (self.heard)(tally.had + tally.computed, tally.pieces);
     }
 }
@@ -238,11 +241,11 @@ mod tests {
 
     #[test]
     fn shares_are_all_of_it_and_none_twice() {
-        assert_eq!(asked(4, Share::All), [0, 1, 2, 3]);
-        assert_eq!(asked(4, Share::One(2)), [2]);
-        assert_eq!(asked(4, Share::One(4)), [0_usize; 0]);
+        assert_eq!(asked(4, JobShare::All), [0, 1, 2, 3]);
+        assert_eq!(asked(4, JobShare::One(2)), [2]);
+        assert_eq!(asked(4, JobShare::One(4)), [0_usize; 0]);
         for of in [1, 3, 7, 50] {
-            let shares = (0..of).flat_map(|first| asked(20, Share::Every { first, of }));
+            let shares = (0..of).flat_map(|first| asked(20, JobShare::Every { first, of }));
             let numbers: Vec<usize> = shares.collect();
             assert_eq!(numbers.len(), 20);
             assert_eq!(numbers.into_iter().collect::<BTreeSet<_>>(), (0..20).collect());

@@ -5,16 +5,16 @@ use std::sync::mpsc::{Receiver, channel};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Duration;
 
-use super::{Answer, Ask, Task, memory};
-use crate::identity::{Identity, Program};
-use crate::outcome::{Class, Outcome, document};
-use crate::store::Store;
+use super::{PieceTask, WorkerAnswer, WorkerQuestion, memory};
+use crate::identity::{BuildIdentity, ProgramFile};
+use crate::outcome::{FailureClass, PieceOutcome, document};
+use crate::store::FleetStore;
 
 /// Interval between memory checks, in which a piece allocates a few GB at most.
 const LOOKS: Duration = Duration::from_millis(20);
 
 /// The piece in progress; the thread that takes it writes its result.
-type Current = Arc<Mutex<Option<Task>>>;
+type CurrentPiece = Arc<Mutex<Option<PieceTask>>>;
 
 /// Answers questions from standard input until it ends, then ends the process, because the parent is gone.
 ///
@@ -23,29 +23,36 @@ type Current = Arc<Mutex<Option<Task>>>;
 /// # Errors
 ///
 /// Standard output cannot be written.
-pub fn serve(program: &Program, perform: impl Fn(&Task) -> Outcome) -> io::Result<()> {
-    let current = Current::default();
+pub fn serve(
+    program: &ProgramFile,
+    perform: impl Fn(&PieceTask) -> PieceOutcome,
+) -> io::Result<()> {
+    let current = CurrentPiece::default();
     watch_memory(&current);
     for line in lines() {
         let answer = match serde_json::from_str(&line) {
-            Err(error) => Answer::Refused(format!("this is not a question: {error}")),
-            Ok(Ask::Identity) => match Identity::of(&program.file) {
-                Ok(identity) => Answer::Identity(identity),
-                Err(error) => Answer::Refused(format!("{}: {error}", program.file.display())),
+            Err(error) => WorkerAnswer::Refused(format!("this is not a question: {error}")),
+            Ok(WorkerQuestion::Identity) => match BuildIdentity::read(&program.file) {
+                Ok(identity) => WorkerAnswer::Identity(identity),
+                Err(error) => WorkerAnswer::Refused(format!("{}: {error}", program.file.display())),
             },
-            Ok(Ask::Perform(task)) => done(&task, &current, &perform),
+            Ok(WorkerQuestion::Perform(task)) => done(&task, &current, &perform),
         };
         say(&answer)?;
     }
     Ok(())
 }
 
-fn done(task: &Task, current: &Current, perform: impl Fn(&Task) -> Outcome) -> Answer {
+fn done(
+    task: &PieceTask,
+    current: &CurrentPiece,
+    perform: impl Fn(&PieceTask) -> PieceOutcome,
+) -> WorkerAnswer {
     if let Some(reason) = &task.given_up {
-        return put(task, &Outcome::failed(Class::Ended, reason.clone()));
+        return put(task, &PieceOutcome::failed(FailureClass::Ended, reason.clone()));
     }
     if let Err(error) = std::env::set_current_dir(&task.folder) {
-        return Answer::Refused(format!("{}: {error}", task.folder.display()));
+        return WorkerAnswer::Refused(format!("{}: {error}", task.folder.display()));
     }
     *lock(current) = Some(task.clone());
     let outcome = perform(task);
@@ -61,18 +68,20 @@ fn done(task: &Task, current: &Current, perform: impl Fn(&Task) -> Outcome) -> A
 }
 
 /// Writes a result.
-fn put(task: &Task, outcome: &Outcome) -> Answer {
+fn put(task: &PieceTask, outcome: &PieceOutcome) -> WorkerAnswer {
     let text = document(&task.name, &task.piece, outcome);
     let state = outcome.state();
-    match Store::at(&task.into).and_then(|store| store.put(&task.name, state, &text)) {
-        Ok(()) if matches!(outcome, Outcome::Done { .. }) => Answer::Done(task.name.clone()),
-        Ok(()) => Answer::Failed(task.name.clone()),
-        Err(error) => Answer::Refused(error.to_string()),
+    match FleetStore::open_in(&task.into).and_then(|store| store.put(&task.name, state, &text)) {
+        Ok(()) if matches!(outcome, PieceOutcome::Done { .. }) => {
+            WorkerAnswer::Done(task.name.clone())
+        }
+        Ok(()) => WorkerAnswer::Failed(task.name.clone()),
+        Err(error) => WorkerAnswer::Refused(error.to_string()),
     }
 }
 
 /// Ends the process if a piece exceeds its memory limit, and records the failure.
-fn watch_memory(current: &Current) {
+fn watch_memory(current: &CurrentPiece) {
     let current = Arc::clone(current);
     std::thread::spawn(move || {
         loop {
@@ -92,7 +101,7 @@ fn watch_memory(current: &Current) {
                     shown(held)
                 );
                 // The lock is held to the end, so that no other answer is sent.
-                let _ = say(&put(&task, &Outcome::failed(Class::Memory, message)));
+                let _ = say(&put(&task, &PieceOutcome::failed(FailureClass::Memory, message)));
                 std::process::exit(0);
             }
         }
@@ -119,13 +128,13 @@ fn lines() -> Receiver<String> {
     receiver
 }
 
-fn say(answer: &Answer) -> io::Result<()> {
+fn say(answer: &WorkerAnswer) -> io::Result<()> {
     let mut out = io::stdout().lock();
     let text = serde_json::to_string(answer).map_err(io::Error::other)?;
     writeln!(out, "{text}")?;
     out.flush()
 }
 
-fn lock(current: &Current) -> std::sync::MutexGuard<'_, Option<Task>> {
+fn lock(current: &CurrentPiece) -> std::sync::MutexGuard<'_, Option<PieceTask>> {
     current.lock().unwrap_or_else(PoisonError::into_inner)
 }

@@ -24,7 +24,7 @@ fn what_can_be_written_is_proposed() {
         ("[m/s^2]", 1, "bar"),
         ("constant g", 3, "parameter"),
     ] {
-        let position = editor.at(&path, &text, what, skip);
+        let position = editor.ask_at(&path, &text, what, skip);
         let completions = labels(&editor.ask("textDocument/completion", position));
         assert!(completions.iter().any(|label| label == expected), "{expected}: {completions:?}");
     }
@@ -53,7 +53,7 @@ fn an_effect_is_completed_word_by_word() {
         let text = format!("{head}parameter wear [1/h] = 0\n{line}");
         let text = if head.is_empty() { line.to_owned() } else { text };
         editor.open(&path, &text);
-        let position = editor.at(&path, &format!("{text}\u{0}"), "\u{0}", 0);
+        let position = editor.ask_at(&path, &format!("{text}\u{0}"), "\u{0}", 0);
         let completions = labels(&editor.ask("textDocument/completion", position));
         assert!(
             completions.iter().any(|label| label == expected),
@@ -65,7 +65,7 @@ fn an_effect_is_completed_word_by_word() {
         let path = models().join("not saved.dgd");
         let text = format!("model m\n{line}");
         editor.open(&path, &text);
-        let position = editor.at(&path, &format!("{text}\u{0}"), "\u{0}", 0);
+        let position = editor.ask_at(&path, &format!("{text}\u{0}"), "\u{0}", 0);
         let completions = labels(&editor.ask("textDocument/completion", position));
         assert!(
             completions.iter().any(|label| label.starts_with(expected)),

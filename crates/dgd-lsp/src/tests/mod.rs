@@ -107,7 +107,7 @@ impl Editor {
     }
 
     /// A document and a position in it, the `skip`th byte of the first occurrence of a text.
-    fn at(&self, path: &Path, text: &str, what: &str, skip: usize) -> Value {
+    fn ask_at(&self, path: &Path, text: &str, what: &str, skip: usize) -> Value {
         let byte = text.find(what).expect("it is there") + skip;
         let (line, character) = LineStarts::from_text(text).position(text, byte, self.columns);
         let position = json!({ "line": line, "character": character });
@@ -215,13 +215,13 @@ fn what_is_under_the_cursor_is_told() {
     let mut editor = Editor::new(&models(), "utf-16");
     let (path, text) = model("mud_circulation.dgd");
     assert_eq!(editor.open(&path, &text), json!([]));
-    let position = editor.at(&path, &text, "M = M_ssp }", 4);
+    let position = editor.ask_at(&path, &text, "M = M_ssp }", 4);
     let hover = editor.ask("textDocument/hover", position.clone());
     let hover_text = hover["contents"]["value"].as_str().expect("a text");
     for part in ["parameter M_ssp [kg/m^4]", "= 110000000 kg/m^4", "Used", "is in `kg/m^4`"] {
         assert!(hover_text.contains(part), "{part}: {hover_text}");
     }
-    let label = editor.at(&path, &text, "riser:", 0);
+    let label = editor.ask_at(&path, &text, "riser:", 0);
     let hover = editor.ask("textDocument/hover", label);
     let shown = hover["contents"]["value"].as_str().expect("a text");
     assert!(shown.contains("$$\n") && shown.contains("\\dot{h}"), "{shown}");
@@ -254,7 +254,7 @@ fn a_new_name_reaches_every_file_and_leaves_them_sound() {
     let mut editor = Editor::new(&models(), "utf-16");
     let (path, text) = model("mud_circulation.dgd");
     assert_eq!(editor.open(&path, &text), json!([]));
-    let mut params = editor.at(&path, &text, "h_r ", 0);
+    let mut params = editor.ask_at(&path, &text, "h_r ", 0);
     for taken in ["rho", "time", "1x", "a b", "sqrt", "x.y"] {
         params["newName"] = json!(taken);
         let response = editor.response("textDocument/rename", params.clone());
@@ -291,7 +291,7 @@ fn an_effect_knows_its_model_where_only_its_folder_is_open() {
     let mut editor = Editor::new(&models().join("effects"), "utf-16");
     let (path, text) = model("effects/pump_wear.dgd");
     assert_eq!(editor.open(&path, &text), json!([]));
-    let position = editor.at(&path, &text, "replace c0", 8);
+    let position = editor.ask_at(&path, &text, "replace c0", 8);
     let declared = editor.ask("textDocument/definition", position);
     assert_eq!(declared[0]["uri"], address(&models().join("mud_circulation.dgd")), "{declared}");
     editor.end();
@@ -309,7 +309,7 @@ fn a_request_that_crashes_gets_an_error_and_loses_no_document() {
     editor.tell("textDocument/didChange", json!({ "textDocument": 3 }));
     let response = serde_json::to_value(editor.response("dgd/other", json!({}))).expect("JSON");
     assert_eq!(response["error"]["code"], -32601, "{response}");
-    let position = editor.at(&path, &text, "theta [deg]", 0);
+    let position = editor.ask_at(&path, &text, "theta [deg]", 0);
     let hover = editor.ask("textDocument/hover", position);
     assert!(hover["contents"]["value"].as_str().is_some_and(|said| said.contains("theta")));
     editor.end();

@@ -13,35 +13,35 @@ use crate::output::provenance::Provenance;
 /// The contents of a model.
 #[derive(Debug, Clone, Serialize)]
 #[non_exhaustive]
-pub struct Description {
+pub struct ModelDescription {
     /// Name of the model.
     pub model: String,
     /// Its documentation in the model text.
     pub doc: String,
     /// Constants.
-    pub constants: Vec<Constant>,
+    pub constants: Vec<ConstantDescription>,
     /// Inputs.
-    pub inputs: Vec<Input>,
+    pub inputs: Vec<InputDescription>,
     /// Sizes of arrays.
-    pub sizes: Vec<Size>,
+    pub sizes: Vec<SizeDescription>,
     /// Unknowns that are not elements of arrays.
-    pub states: Vec<State>,
+    pub states: Vec<UnknownDescription>,
     /// Arrays of unknowns.
-    pub arrays: Vec<Array>,
+    pub arrays: Vec<ArrayDescription>,
     /// Parameters.
-    pub parameters: Vec<Parameter>,
+    pub parameters: Vec<ParameterDescription>,
     /// Outputs.
-    pub outputs: Vec<Output>,
+    pub outputs: Vec<OutputDescription>,
     /// Equations.
-    pub equations: Vec<Equation>,
+    pub equations: Vec<EquationDescription>,
     /// Variants, with the chosen choices.
     pub variants: Vec<VariantChoices>,
     /// Blocks of modes.
-    pub modes: Vec<Modes>,
+    pub modes: Vec<ModesDescription>,
     /// Models inside it.
-    pub parts: Vec<Part>,
+    pub parts: Vec<PartDescription>,
     /// Events: the conditions and periods of `when` and `every`.
-    pub whens: Vec<When>,
+    pub whens: Vec<EventDescription>,
     /// Mistakes: always empty, because a model with mistakes is not described.
     pub diagnostics: Vec<Mistake>,
     /// Versions and digests of the inputs.
@@ -53,7 +53,7 @@ pub struct Description {
 
 /// A constant.
 #[derive(Debug, Clone, Serialize)]
-pub struct Constant {
+pub struct ConstantDescription {
     /// Its name.
     pub name: String,
     /// Its unit.
@@ -66,7 +66,7 @@ pub struct Constant {
 
 /// An input.
 #[derive(Debug, Clone, Serialize)]
-pub struct Input {
+pub struct InputDescription {
     /// Its name.
     pub name: String,
     /// Its unit.
@@ -79,7 +79,7 @@ pub struct Input {
 
 /// The size of arrays.
 #[derive(Debug, Clone, Serialize)]
-pub struct Size {
+pub struct SizeDescription {
     /// Its name.
     pub name: String,
     /// Its value.
@@ -88,7 +88,7 @@ pub struct Size {
 
 /// An unknown.
 #[derive(Debug, Clone, Serialize)]
-pub struct State {
+pub struct UnknownDescription {
     /// Its name.
     pub name: String,
     /// Its unit.
@@ -103,7 +103,7 @@ pub struct State {
 
 /// An array of unknowns.
 #[derive(Debug, Clone, Serialize)]
-pub struct Array {
+pub struct ArrayDescription {
     /// Its name.
     pub name: String,
     /// Unit of its elements.
@@ -118,7 +118,7 @@ pub struct Array {
 
 /// A parameter.
 #[derive(Debug, Clone, Serialize)]
-pub struct Parameter {
+pub struct ParameterDescription {
     /// Its name.
     pub name: String,
     /// Its unit.
@@ -137,7 +137,7 @@ pub struct Parameter {
 
 /// An output, or an array of them.
 #[derive(Debug, Clone, Serialize)]
-pub struct Output {
+pub struct OutputDescription {
     /// Its name.
     pub name: String,
     /// Its unit.
@@ -153,7 +153,7 @@ pub struct Output {
 
 /// An equation, or a family of them.
 #[derive(Debug, Clone, Serialize)]
-pub struct Equation {
+pub struct EquationDescription {
     /// Its label.
     pub label: String,
     /// Its documentation in the model text.
@@ -176,7 +176,7 @@ pub struct VariantChoices {
 
 /// A block of modes.
 #[derive(Debug, Clone, Serialize)]
-pub struct Modes {
+pub struct ModesDescription {
     /// Its name.
     pub name: String,
     /// Its documentation in the model text.
@@ -184,14 +184,14 @@ pub struct Modes {
     /// The initial mode.
     pub start: String,
     /// Its modes.
-    pub modes: Vec<Mode>,
+    pub modes: Vec<ModeDescription>,
     /// Transitions between the modes.
-    pub transitions: Vec<Transition>,
+    pub transitions: Vec<TransitionDescription>,
 }
 
 /// A mode.
 #[derive(Debug, Clone, Serialize)]
-pub struct Mode {
+pub struct ModeDescription {
     /// Its name.
     pub name: String,
     /// Its documentation in the model text.
@@ -202,7 +202,7 @@ pub struct Mode {
 
 /// A transition between modes.
 #[derive(Debug, Clone, Serialize)]
-pub struct Transition {
+pub struct TransitionDescription {
     /// The mode that is left.
     pub from: String,
     /// The mode that is entered.
@@ -211,7 +211,7 @@ pub struct Transition {
 
 /// A model inside a model.
 #[derive(Debug, Clone, Serialize)]
-pub struct Part {
+pub struct PartDescription {
     /// Its name in the outer model.
     pub name: String,
     /// Name of its model.
@@ -222,26 +222,26 @@ pub struct Part {
 
 /// An event.
 #[derive(Debug, Clone, Serialize)]
-pub struct When {
+pub struct EventDescription {
     /// The condition; for an `every`, that word and its period.
     pub condition: String,
     /// Its documentation in the model text.
     pub doc: String,
 }
 
-impl Description {
+impl ModelDescription {
     /// Describes a sound model; `path` is the name of its file.
-    pub(crate) fn of(path: &str, model: &Model, dae: &Dae, provenance: Provenance) -> Self {
+    pub(crate) fn describe(path: &str, model: &Model, dae: &Dae, provenance: Provenance) -> Self {
         let blocks = model.automata.iter().filter(|a| a.origin == AutomatonOrigin::Modes);
         let whens = model.automata.iter().filter(|a| a.origin != AutomatonOrigin::Modes);
-        Description {
+        ModelDescription {
             summary: summary(path, model, dae),
             model: model.name.clone(),
             doc: text(&model.doc),
             constants: constants(model),
             inputs: inputs(model),
             sizes: (model.sizes.iter())
-                .map(|(name, value)| Size { name: name.text.clone(), value: *value })
+                .map(|(name, value)| SizeDescription { name: name.text.clone(), value: *value })
                 .collect(),
             states: states(dae),
             arrays: arrays(dae),
@@ -257,14 +257,14 @@ impl Description {
                 .collect(),
             modes: blocks.map(modes).collect(),
             parts: (model.parts.iter())
-                .map(|part| Part {
+                .map(|part| PartDescription {
                     name: part.name.clone(),
                     model: part.model.clone(),
                     doc: text(&part.doc),
                 })
                 .collect(),
             whens: whens
-                .map(|automaton| When {
+                .map(|automaton| EventDescription {
                     condition: match automaton.origin {
                         AutomatonOrigin::Every => format!("every {}", automaton.name),
                         AutomatonOrigin::When | AutomatonOrigin::Modes => automaton.name.clone(),
@@ -292,30 +292,35 @@ fn range(lower: i64, count: u32) -> [i64; 2] {
     [lower, lower + i64::from(count) - 1]
 }
 
-fn constants(model: &Model) -> Vec<Constant> {
+fn constants(model: &Model) -> Vec<ConstantDescription> {
     let one = |constant: &dgd_compiler::model::Constant| {
         let (name, unit, doc) = head(&constant.declared);
-        Constant { name, unit, doc, value: constant.declared.unit.from_si(constant.value) }
+        ConstantDescription {
+            name,
+            unit,
+            doc,
+            value: constant.declared.unit.from_si(constant.value),
+        }
     };
     model.constants.iter().map(one).collect()
 }
 
-fn inputs(model: &Model) -> Vec<Input> {
+fn inputs(model: &Model) -> Vec<InputDescription> {
     let one = |input: &dgd_compiler::model::Input| {
         let (name, unit, doc) = head(&input.declared);
         let interpolation = match input.interpolation {
             Interpolation::Hold => "hold",
             Interpolation::Linear => "linear",
         };
-        Input { name, unit, doc, interpolation }
+        InputDescription { name, unit, doc, interpolation }
     };
     model.inputs.iter().map(one).collect()
 }
 
-fn states(dae: &Dae) -> Vec<State> {
+fn states(dae: &Dae) -> Vec<UnknownDescription> {
     let unknowns = dae.unknowns.iter().filter(|unknown| !is_share(&unknown.name));
     unknowns
-        .map(|unknown| State {
+        .map(|unknown| UnknownDescription {
             name: unknown.name.clone(),
             unit: unknown.unit.symbol.clone(),
             doc: text(&unknown.doc),
@@ -325,10 +330,10 @@ fn states(dae: &Dae) -> Vec<State> {
         .collect()
 }
 
-fn arrays(dae: &Dae) -> Vec<Array> {
+fn arrays(dae: &Dae) -> Vec<ArrayDescription> {
     let arrays = dae.arrays.iter();
     arrays
-        .map(|array| Array {
+        .map(|array| ArrayDescription {
             name: array.name.clone(),
             unit: array.unit.symbol.clone(),
             doc: text(&array.doc),
@@ -338,14 +343,14 @@ fn arrays(dae: &Dae) -> Vec<Array> {
         .collect()
 }
 
-fn parameters(model: &Model) -> Vec<Parameter> {
+fn parameters(model: &Model) -> Vec<ParameterDescription> {
     let parameters = model.parameters.iter();
     parameters
         .map(|parameter| {
             let declared = &parameter.declared;
             let finite = |si: f64| si.is_finite().then(|| declared.unit.from_si(si));
             let (name, unit, doc) = head(declared);
-            Parameter {
+            ParameterDescription {
                 name,
                 unit,
                 doc,
@@ -358,27 +363,27 @@ fn parameters(model: &Model) -> Vec<Parameter> {
         .collect()
 }
 
-fn outputs(model: &Model, dae: &Dae) -> Vec<Output> {
+fn outputs(model: &Model, dae: &Dae) -> Vec<OutputDescription> {
     let single = model.outputs.iter().map(|output| {
         let (name, unit, doc) = head(&output.declared);
         let noise = output.noise.map(|si| si / output.declared.unit.factor);
-        Output { name, unit, doc, noise, range: None }
+        OutputDescription { name, unit, doc, noise, range: None }
     });
     let arrays = dae.output_arrays.iter().map(|array| {
         let (name, unit, doc) = head(&array.declared);
         let noise = array.noise.map(|si| si / array.declared.unit.factor);
-        Output { name, unit, doc, noise, range: Some(range(array.lower, array.count)) }
+        OutputDescription { name, unit, doc, noise, range: Some(range(array.lower, array.count)) }
     });
     single.chain(arrays).collect()
 }
 
-fn equations(model: &Model) -> Vec<Equation> {
-    let single = model.equations.iter().map(|equation| Equation {
+fn equations(model: &Model) -> Vec<EquationDescription> {
+    let single = model.equations.iter().map(|equation| EquationDescription {
         label: equation.label.clone(),
         doc: text(&equation.doc),
         range: None,
     });
-    let families = model.families.iter().map(|family| Equation {
+    let families = model.families.iter().map(|family| EquationDescription {
         label: family.equation.label.clone(),
         doc: text(&family.equation.doc),
         range: Some(range(family.lower, family.count)),
@@ -386,18 +391,18 @@ fn equations(model: &Model) -> Vec<Equation> {
     single.chain(families).collect()
 }
 
-fn modes(automaton: &Automaton) -> Modes {
+fn modes(automaton: &Automaton) -> ModesDescription {
     let name = |mode: usize| automaton.modes[mode].name.clone();
     let modes = automaton.modes.iter();
-    let modes = modes.map(|mode| Mode {
+    let modes = modes.map(|mode| ModeDescription {
         name: mode.name.clone(),
         doc: text(&mode.doc),
         equations: mode.equations.iter().map(|equation| equation.label.clone()).collect(),
     });
     let transitions = automaton.transitions.iter().filter_map(|transition| {
-        Some(Transition { from: name(transition.from?), to: name(transition.to) })
+        Some(TransitionDescription { from: name(transition.from?), to: name(transition.to) })
     });
-    Modes {
+    ModesDescription {
         name: automaton.name.clone(),
         doc: text(&automaton.doc),
         start: name(automaton.start),

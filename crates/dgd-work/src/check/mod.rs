@@ -17,18 +17,19 @@ use crate::error::WorkError;
 use crate::model::Compilation;
 use crate::model::effects::{model_of, parsed};
 use crate::output::provenance::{self, Provenance};
-use crate::request::{CheckRequest, Choices};
-use crate::session::Session;
+use crate::request::{CheckRequest, ModelChoices};
+use crate::session::TaskContext;
 
 pub use description::{
-    Array, Constant, Description, Equation, Input, Mode, Modes, Output, Parameter, Part, Size,
-    State, Transition, VariantChoices, When,
+    ArrayDescription, ConstantDescription, EquationDescription, EventDescription, InputDescription,
+    ModeDescription, ModelDescription, ModesDescription, OutputDescription, ParameterDescription,
+    PartDescription, SizeDescription, TransitionDescription, UnknownDescription, VariantChoices,
 };
 
 /// A checked model or effect without mistakes.
 #[derive(Debug, Clone)]
 #[non_exhaustive]
-pub enum Checked {
+pub enum CheckedModel {
     /// An effect without a model to apply it to.
     Effect {
         /// Its file.
@@ -37,30 +38,30 @@ pub enum Checked {
         name: String,
     },
     /// A model, with the effects that were applied to it.
-    Model(Box<Description>),
+    Model(Box<ModelDescription>),
 }
 
-impl Checked {
+impl CheckedModel {
     /// For programs; `None` for an effect without a model.
     pub fn to_json(&self) -> Option<Value> {
         match self {
-            Checked::Effect { .. } => None,
-            Checked::Model(description) => serde_json::to_value(description).ok(),
+            CheckedModel::Effect { .. } => None,
+            CheckedModel::Model(description) => serde_json::to_value(description).ok(),
         }
     }
 
     /// One line to print.
     pub fn summary(&self) -> String {
         match self {
-            Checked::Effect { path, name } => {
+            CheckedModel::Effect { path, name } => {
                 format!("{}: effect `{name}` is sound by itself", path.display())
             }
-            Checked::Model(description) => description.summary.clone(),
+            CheckedModel::Model(description) => description.summary.clone(),
         }
     }
 }
 
-impl Serialize for Checked {
+impl Serialize for CheckedModel {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
         self.to_json().serialize(serializer)
     }
@@ -71,13 +72,13 @@ impl Serialize for Checked {
 /// # Errors
 ///
 /// [`WorkError::Diagnosed`] if it has mistakes.
-pub fn check(request: &CheckRequest, session: Session<'_>) -> Result<Checked, WorkError> {
+pub fn check(request: &CheckRequest, session: TaskContext<'_>) -> Result<CheckedModel, WorkError> {
     let Some(effect) = effect(&request.model, session)? else {
         return check_model(&request.model, &request.choices, session);
     };
     let Some(model) = model_of(session.files, &request.model, &effect) else {
         let (path, name) = (request.model.clone(), effect.full_name());
-        return Ok(Checked::Effect { path, name });
+        return Ok(CheckedModel::Effect { path, name });
     };
     // The effect is applied in addition to those of the request.
     let mut choices = request.choices.clone();
@@ -86,7 +87,7 @@ pub fn check(request: &CheckRequest, session: Session<'_>) -> Result<Checked, Wo
 }
 
 /// The effect in a file; `None` if the file holds a model.
-fn effect(path: &Path, session: Session<'_>) -> Result<Option<Effect>, WorkError> {
+fn effect(path: &Path, session: TaskContext<'_>) -> Result<Option<Effect>, WorkError> {
     let mut compilation = Compilation::new(session.files);
     let read = match parsed(path, &mut compilation)? {
         Ok(ast) if ast.effect.is_none() => return Ok(None),
@@ -100,7 +101,11 @@ fn effect(path: &Path, session: Session<'_>) -> Result<Option<Effect>, WorkError
 }
 
 /// Checks a model with its effects applied.
-fn check_model(path: &Path, choices: &Choices, session: Session<'_>) -> Result<Checked, WorkError> {
+fn check_model(
+    path: &Path,
+    choices: &ModelChoices,
+    session: TaskContext<'_>,
+) -> Result<CheckedModel, WorkError> {
     let mut compilation = Compilation::new(session.files);
     let options = compilation.options(choices)?;
     let compiled =
@@ -150,6 +155,6 @@ fn check_model(path: &Path, choices: &Choices, session: Session<'_>) -> Result<C
     }
     let path = path.display().to_string();
     let provenance = Provenance::new(session, Some(digest), Vec::new());
-    let description = Description::of(&path, &compiled.model, &compiled.dae, provenance);
-    Ok(Checked::Model(Box::new(description)))
+    let description = ModelDescription::describe(&path, &compiled.model, &compiled.dae, provenance);
+    Ok(CheckedModel::Model(Box::new(description)))
 }

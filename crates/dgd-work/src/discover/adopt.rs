@@ -13,13 +13,13 @@ use serde::Serialize;
 use crate::error::WorkError;
 use crate::model::effects::folder_of;
 use crate::request::AdoptRequest;
-use crate::result::discover::DiscoverResult;
-use crate::session::Session;
+use crate::result::discover::DiscoverDocument;
+use crate::session::TaskContext;
 
 /// A file for the library.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
 #[non_exhaustive]
-pub struct Adopted {
+pub struct AdoptedFile {
     /// Name of the effect in the library.
     pub name: String,
     /// The source file.
@@ -35,7 +35,7 @@ pub struct Adopted {
 /// # Errors
 ///
 /// [`WorkError`]: the result has nothing to adopt or several such files, or the name is taken or not a name.
-pub fn adopt(request: &AdoptRequest, session: Session<'_>) -> Result<Adopted, WorkError> {
+pub fn adopt(request: &AdoptRequest, session: TaskContext<'_>) -> Result<AdoptedFile, WorkError> {
     let files = session.files;
     let (from, folder) = chosen(request, files)?;
     let model = model_of(&folder, files)?;
@@ -49,7 +49,7 @@ pub fn adopt(request: &AdoptRequest, session: Session<'_>) -> Result<Adopted, Wo
             request.name
         )));
     }
-    Ok(Adopted { name: request.name.clone(), from, path, text })
+    Ok(AdoptedFile { name: request.name.clone(), from, path, text })
 }
 
 /// The file to adopt, and the folder of the result.
@@ -86,7 +86,7 @@ fn model_of(folder: &Path, files: &dyn FileSystem) -> Result<PathBuf, WorkError>
     Ok(PathBuf::from(result_of(folder, files)?.model_file))
 }
 
-fn result_of(folder: &Path, files: &dyn FileSystem) -> Result<DiscoverResult, WorkError> {
+fn result_of(folder: &Path, files: &dyn FileSystem) -> Result<DiscoverDocument, WorkError> {
     let path = folder.join("result.json");
     serde_json::from_str(&text_of(&path, files)?).map_err(|error| {
         WorkError::Found(format!("`{}` is not the result of a discovery: {error}", path.display()))

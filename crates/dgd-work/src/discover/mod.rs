@@ -33,20 +33,20 @@ use crate::model::Compilation;
 use crate::model::effects::{self, FOLDER, load_folder};
 use crate::output::provenance::{self, DataFile, Provenance};
 use crate::output::quantity::{of_differences, rounded};
-use crate::request::{Choices, DiscoverRequest, Start};
-use crate::result::discover::DiscoverResult;
+use crate::request::{DiscoverRequest, ModelChoices, StartChoice};
+use crate::result::discover::DiscoverDocument;
 use crate::run::recording;
 use crate::run::{executable, keeping, options, reservations, verify_memory_of_fit};
-use crate::session::Session;
-pub use adopt::{Adopted, adopt};
+use crate::session::TaskContext;
+pub use adopt::{AdoptedFile, adopt};
 use offered::{with_inputs, without_unread};
-use report::Subject;
+use report::DiscoverySubject;
 pub use report::file_names;
 
 /// The result of a discovery, with the inputs of its report.
 #[derive(Debug)]
 #[non_exhaustive]
-pub struct Discovered {
+pub struct DiscoveryResult {
     /// The result.
     pub discovery: Discovery,
     /// Reasons to doubt that the recordings can answer.
@@ -62,7 +62,7 @@ pub struct Discovered {
     /// Versions and digests of the inputs.
     pub provenance: Provenance,
     files: InMemory,
-    choices: Choices,
+    choices: ModelChoices,
     command: String,
     journal: Option<RunJournal>,
 }
@@ -72,7 +72,10 @@ pub struct Discovered {
 /// # Errors
 ///
 /// [`WorkError`].
-pub fn discover(request: &DiscoverRequest, session: Session<'_>) -> Result<Discovered, WorkError> {
+pub fn discover(
+    request: &DiscoverRequest,
+    session: TaskContext<'_>,
+) -> Result<DiscoveryResult, WorkError> {
     keeping::verify(&request.keep)?;
     let integration = options(&request.solve)?;
     let mut compilation = Compilation::new(session.files);
@@ -95,7 +98,7 @@ pub fn discover(request: &DiscoverRequest, session: Session<'_>) -> Result<Disco
     files.extend(more);
     let provenance = Provenance::new(session, Some(of_model), files);
     session.spare(&compilation.sources)?;
-    let (held_out, left_out) = HeldOut::of(request, &train, valid);
+    let (held_out, left_out) = HeldOut::collect(request, &train, valid);
     let mut reservations = reserved(request, &compiled, &train, session.threads)?;
     reservations.extend(left_out);
 
@@ -194,7 +197,7 @@ pub fn discover(request: &DiscoverRequest, session: Session<'_>) -> Result<Disco
     let texts = texts.fold(InMemory::default(), |files, source| {
         files.with_file(&source.name, without_unread(&source.text, &inputs).as_bytes())
     });
-    Ok(Discovered {
+    Ok(DiscoveryResult {
         discovery,
         reservations,
         model: request.model.clone(),
@@ -209,9 +212,9 @@ pub fn discover(request: &DiscoverRequest, session: Session<'_>) -> Result<Disco
     })
 }
 
-impl Discovered {
-    fn subject(&self) -> Subject<'_> {
-        Subject {
+impl DiscoveryResult {
+    fn subject(&self) -> DiscoverySubject<'_> {
+        DiscoverySubject {
             discovery: &self.discovery,
             model: &self.model,
             base: &self.base,
@@ -226,7 +229,7 @@ impl Discovered {
     }
 
     /// The result, for programs.
-    pub fn result(&self) -> DiscoverResult {
+    pub fn result(&self) -> DiscoverDocument {
         report::result(&self.subject())
     }
 
@@ -273,7 +276,7 @@ impl Discovered {
     }
 }
 
-impl Serialize for Discovered {
+impl Serialize for DiscoveryResult {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
         self.to_json().serialize(serializer)
     }
@@ -335,7 +338,7 @@ struct HeldOut {
 
 impl HeldOut {
     /// The recordings that are not training recordings as well, with a sentence for each that is.
-    fn of(
+    fn collect(
         request: &DiscoverRequest,
         train: &[Recording],
         valid: Vec<Recording>,
@@ -407,7 +410,7 @@ fn folders(request: &DiscoverRequest, files: &dyn FileSystem) -> Vec<PathBuf> {
 fn library(
     request: &DiscoverRequest,
     compilation: &mut Compilation<'_>,
-    session: Session<'_>,
+    session: TaskContext<'_>,
 ) -> Result<Vec<Effect>, WorkError> {
     if let Some(missing) = request.effects.iter().find(|own| !compilation.files.is_folder(own)) {
         let message = format!("`--effects {}`: there is no such folder", missing.display());
@@ -443,26 +446,26 @@ fn recordings(
     paths: &[PathBuf],
     compiled: &CompiledStages,
     compilation: &mut Compilation<'_>,
-    session: Session<'_>,
+    session: TaskContext<'_>,
 ) -> Result<(Vec<Recording>, Vec<DataFile>), WorkError> {
     let (renames, dae) = (&request.solve.rename, &compiled.dae);
-    let clock = recording::Clock::Time;
-    let read = recording::Recording::read_all(paths, renames, dae, clock, compilation, session)?;
+    let clock = recording::TimeColumnRule::Time;
+    let read = recording::RunRecording::read_all(paths, renames, dae, clock, compilation, session)?;
     let system = executable(compiled.program.clone(), &request.solve)?;
     let p: Vec<f64> = system.signature().parameters.iter().map(|p| p.value).collect();
     let integration = options(&request.solve)?;
-    let with = |start: Start, read: &recording::Recording, path: &Path| {
+    let with = |start: StartChoice, read: &recording::RunRecording, path: &Path| {
         let mut solve = request.solve.clone();
         solve.start = start;
         read.experiment(&system, &p, path, &solve, &integration)
     };
     let directions = &system.signature().directions;
-    let one = |(read, path): (&recording::Recording, &PathBuf)| {
-        if request.solve.start == Start::Measured {
-            return with(Start::Measured, read, path);
+    let one = |(read, path): (&recording::RunRecording, &PathBuf)| {
+        if request.solve.start == StartChoice::Measured {
+            return with(StartChoice::Measured, read, path);
         }
         // Only a guess: if the outputs do not determine it, the model's own initial values apply.
-        let Ok(mut guessed) = with(Start::Measured, read, path) else {
+        let Ok(mut guessed) = with(StartChoice::Measured, read, path) else {
             return with(request.solve.start, read, path);
         };
         // Initial values that are not estimated stay as the model gives them.

@@ -18,16 +18,16 @@ use crate::request::DiscoverRequest;
 
 /// The recorded columns that a search can use.
 #[derive(Debug, Default)]
-pub(super) struct Offered {
+pub(super) struct OfferedColumns {
     /// The names of the columns that all recordings have; none if no effect can use one that the model does not read.
     pub(super) columns: Option<Vec<String>>,
     /// Declarations of those that the model does not declare.
-    pub(super) inputs: Vec<Declaration>,
+    pub(super) inputs: Vec<OfferedInput>,
 }
 
 /// An input that the model does not declare.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub(super) struct Declaration {
+pub(super) struct OfferedInput {
     pub(super) name: String,
     /// Its line in a model.
     line: String,
@@ -35,16 +35,16 @@ pub(super) struct Declaration {
 
 /// Reads the columns of the recordings of a request. Faults of a model or a file are reported when it is read next; so
 /// is a file that can be read only once.
-pub(super) fn offered(request: &DiscoverRequest, files: &dyn FileSystem) -> Offered {
+pub(super) fn offered(request: &DiscoverRequest, files: &dyn FileSystem) -> OfferedColumns {
     let paths: Vec<_> = request.data.iter().chain(&request.valid).collect();
     if !paths.iter().all(|path| files.is_file(path)) {
-        return Offered::default();
+        return OfferedColumns::default();
     }
     let mut probe = Compilation::new(files);
-    let Ok(options) = probe.options(&request.choices) else { return Offered::default() };
+    let Ok(options) = probe.options(&request.choices) else { return OfferedColumns::default() };
     let options = ModelOptions { columns: Some(Vec::new()), ..options };
     let Ok(compiled) = base_model(request, &options, &mut probe) else {
-        return Offered::default();
+        return OfferedColumns::default();
     };
     let is_read = |name: &str| compiled.dae.inputs.iter().any(|i| i.declared.name == name);
     let has_unread = compiled.asts[0]
@@ -57,10 +57,10 @@ pub(super) fn offered(request: &DiscoverRequest, files: &dyn FileSystem) -> Offe
         let reading = ReadOptions::default().renamed(&request.solve.rename);
         match reading.read(files, path, sources, diagnostics) {
             Ok(table) => tables.push(table),
-            Err(_) => return Offered::default(),
+            Err(_) => return OfferedColumns::default(),
         }
     }
-    let Some((first, others)) = tables.split_first() else { return Offered::default() };
+    let Some((first, others)) = tables.split_first() else { return OfferedColumns::default() };
     let common: Vec<&DataColumn> = (first.columns.iter())
         .filter(|column| others.iter().all(|table| table.column(&column.name).is_some()))
         .collect();
@@ -73,9 +73,9 @@ pub(super) fn offered(request: &DiscoverRequest, files: &dyn FileSystem) -> Offe
             tables.iter().filter_map(|table| table.column(&column.name)).collect();
         !known.contains(column.name.as_str()) && is_signal(&of_all, request.data.len())
     };
-    let mut inputs: Vec<Declaration> =
-        common.iter().filter(is_offered).map(|column| Declaration::of(column)).collect();
-    let compiles = |inputs: &[Declaration]| {
+    let mut inputs: Vec<OfferedInput> =
+        common.iter().filter(is_offered).map(|column| OfferedInput::from_column(column)).collect();
+    let compiles = |inputs: &[OfferedInput]| {
         let mut trial = Compilation::new(files);
         let Ok(options) = trial.options(&request.choices) else { return false };
         let compiled = base_model(request, &options, &mut trial);
@@ -88,7 +88,7 @@ pub(super) fn offered(request: &DiscoverRequest, files: &dyn FileSystem) -> Offe
         inputs.retain(|own| compiles(std::slice::from_ref(own)));
     }
     let columns = common.iter().map(|column| column.name.clone()).collect();
-    Offered { columns: (has_unread || !inputs.is_empty()).then_some(columns), inputs }
+    OfferedColumns { columns: (has_unread || !inputs.is_empty()).then_some(columns), inputs }
 }
 
 /// The names that effects of the library declare; the model must not use them.
@@ -115,8 +115,8 @@ fn is_signal(of_all: &[&DataColumn], training: usize) -> bool {
     of_all.iter().all(is_whole) && of_all[..training.min(of_all.len())].iter().any(moves)
 }
 
-impl Declaration {
-    fn of(column: &DataColumn) -> Self {
+impl OfferedInput {
+    fn from_column(column: &DataColumn) -> Self {
         let unit = column.unit.as_ref().map_or("1", |unit| &unit.symbol);
         let kind = if column.is_held() { "hold" } else { "linear" };
         Self { name: column.name.clone(), line: format!("input {} [{unit}] {kind}", column.name) }
@@ -126,7 +126,7 @@ impl Declaration {
 /// A model with further inputs in its text.
 pub(super) fn with_inputs(
     compiled: CompiledStages,
-    inputs: &[Declaration],
+    inputs: &[OfferedInput],
     request: &DiscoverRequest,
     options: &ModelOptions,
     compilation: &mut Compilation<'_>,
@@ -144,7 +144,7 @@ pub(super) fn with_inputs(
 }
 
 /// The text of a model with declarations added after its inputs, or after its first line.
-fn with(ast: &Ast, text: &str, declarations: &[Declaration]) -> String {
+fn with(ast: &Ast, text: &str, declarations: &[OfferedInput]) -> String {
     let header = ast.model.as_ref().map_or(0, |header| header.name.span.end);
     // Declarations inside a variant belong to one choice only.
     let inputs = ast.items.iter().filter(|item| matches!(item.kind, ItemKind::Input { .. }));
@@ -155,17 +155,17 @@ fn with(ast: &Ast, text: &str, declarations: &[Declaration]) -> String {
 }
 
 /// The text of a model without those declarations that nothing in it reads, whatever its layout.
-pub(super) fn without_unread(text: &str, declarations: &[Declaration]) -> String {
-    let is_of = |line: &str, own: &Declaration| {
+pub(super) fn without_unread(text: &str, declarations: &[OfferedInput]) -> String {
+    let is_of = |line: &str, own: &OfferedInput| {
         let mut words = line.split_whitespace();
         words.next() == Some("input") && words.next() == Some(own.name.as_str())
     };
-    let unread = |own: &&Declaration| {
+    let unread = |own: &&OfferedInput| {
         let others: String =
             text.lines().filter(|line| !is_of(line, own)).flat_map(|line| [line, "\n"]).collect();
         !words(&others).contains(own.name.as_str())
     };
-    let unread: Vec<&Declaration> = declarations.iter().filter(unread).collect();
+    let unread: Vec<&OfferedInput> = declarations.iter().filter(unread).collect();
     let kept = |line: &&str| !unread.iter().any(|own| is_of(line, own));
     text.split_inclusive('\n').filter(kept).collect()
 }
@@ -184,8 +184,8 @@ fn words(text: &str) -> BTreeSet<&str> {
 mod tests {
     use super::*;
 
-    fn declaration(name: &str) -> Declaration {
-        Declaration { name: name.to_owned(), line: format!("input {name} [1] hold") }
+    fn declaration(name: &str) -> OfferedInput {
+        OfferedInput { name: name.to_owned(), line: format!("input {name} [1] hold") }
     }
 
     #[test]

@@ -83,7 +83,7 @@ fn declared(compiled: &CompiledStages, name: &str) -> Option<Span> {
 }
 
 /// Span of the declaration of an array, whether an element has a new value, and all their values.
-type Elements = (Span, bool, Vec<ElementText>);
+type ElementEdits = (Span, bool, Vec<ElementText>);
 
 /// The arrays of constants and parameters with new values of elements: all their current values.
 fn arrays(
@@ -96,7 +96,7 @@ fn arrays(
         let is_it = |e: &&ParameterEstimate| e.of == Direction::Parameter(i);
         (&parameter.declared, parameter.value, estimates.iter().find(is_it))
     });
-    let mut arrays: BTreeMap<&str, Elements> = BTreeMap::new();
+    let mut arrays: BTreeMap<&str, ElementEdits> = BTreeMap::new();
     for (declared, value, estimate) in constants.chain(parameters) {
         let Some((of, indices)) = element_of(&declared.name) else { continue };
         let is_set = |setting: &Setting| {
@@ -113,7 +113,7 @@ fn arrays(
         values.push((indices, text));
     }
     let changed = arrays.into_iter().filter(|(_, (_, changed, _))| *changed);
-    let value = |(of, (name, _, values)): (&str, Elements)| NewValue {
+    let value = |(of, (name, _, values)): (&str, ElementEdits)| NewValue {
         name,
         called: of.to_owned(),
         text: list_of(&values),

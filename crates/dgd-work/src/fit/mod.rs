@@ -2,7 +2,7 @@
 //!
 //! ```text
 //!   FitRequest ─ task ─► recordings and problem ─┬─ output_error (and linear models)
-//!                                                ├─ prediction_error (filters)      ─► report ─► Fitted
+//!                                                ├─ prediction_error (filters)      ─► report ─► FitResult
 //!                                                └─ regress (equations)
 //! ```
 
@@ -31,23 +31,23 @@ use dgd_runtime::Signature;
 use serde::{Serialize, Serializer};
 use serde_json::{Value, json};
 
-use crate::error::{Ended, WorkError};
+use crate::error::{TaskEnd, WorkError};
 use crate::output::json_text;
 use crate::output::provenance::Provenance;
 use crate::request::{Estimator, FitRequest};
-use crate::result::fit::FitResult;
+use crate::result::fit::FitDocument;
 use crate::run::keeping;
-use crate::session::Session;
-use page::traces::Trace;
-use report::intervals::{Estimated, Intervals};
-use report::left_out::LeftOut;
-use task::Task;
+use crate::session::TaskContext;
+use page::traces::PageTrace;
+use report::intervals::{IntervalEstimates, Intervals};
+use report::left_out::IncompleteFit;
+use task::FitSetup;
 
 pub use fitted_model::file_names;
 
 /// Estimates, their uncertainty, and the fitted model.
 #[non_exhaustive]
-pub struct Fitted {
+pub struct FitResult {
     /// The estimator.
     pub estimator: Estimator,
     /// The estimates, SI: parameters, and initial values of recordings.
@@ -58,13 +58,13 @@ pub struct Fitted {
     pub left_out: Vec<String>,
     /// Versions and digests of the inputs.
     pub provenance: Provenance,
-    result: FitResult,
+    result: FitDocument,
     text: String,
     more: Vec<(String, Vec<u8>)>,
-    traces: Vec<Trace>,
+    traces: Vec<PageTrace>,
     signature: Signature,
     command: String,
-    end: LeftOut,
+    end: IncompleteFit,
     model: PathBuf,
     compiled: CompiledStages,
     sources: SourceMap,
@@ -86,7 +86,7 @@ impl FitFigure {
     /// The figures of profiles.
     fn of_profiles(
         intervals: &Intervals,
-        outcome: &dyn Estimated,
+        outcome: &dyn IntervalEstimates,
     ) -> impl Iterator<Item = FitFigure> {
         let figures = intervals.figures(outcome).into_iter();
         figures.map(|(name, figure)| FitFigure { of: Some(name), figure })
@@ -94,16 +94,16 @@ impl FitFigure {
 }
 
 /// The result of an estimator.
-struct Found {
-    result: FitResult,
+struct EstimatorResult {
+    result: FitDocument,
     text: String,
     figures: Vec<FitFigure>,
     estimates: Vec<ParameterEstimate>,
     /// The recordings with their simulations.
-    traces: Vec<Trace>,
+    traces: Vec<PageTrace>,
     /// Files in addition to the result and the model.
     more: Vec<(String, Vec<u8>)>,
-    left_out: LeftOut,
+    left_out: IncompleteFit,
 }
 
 /// Fits a model to recordings.
@@ -111,11 +111,11 @@ struct Found {
 /// # Errors
 ///
 /// [`WorkError`]. A fit that does not converge, or is cancelled, returns a result with that status.
-pub fn fit(request: &FitRequest, session: Session<'_>) -> Result<Fitted, WorkError> {
+pub fn fit(request: &FitRequest, session: TaskContext<'_>) -> Result<FitResult, WorkError> {
     keeping::verify(&request.keep)?;
     let estimator = request.regression.estimator;
     let place = request.regression.place()?;
-    let mut task = Task::load(request, session)?;
+    let mut task = FitSetup::load(request, session)?;
     // Builds without the other estimators leave this out.
     let has_all = cfg!(feature = "estimators");
     if let Some(place) = place.filter(|_| has_all) {
@@ -140,7 +140,7 @@ pub fn fit(request: &FitRequest, session: Session<'_>) -> Result<Fitted, WorkErr
         }
         _ => Err(WorkError::Usage("this program fits by simulation alone".to_owned())),
     }?;
-    Ok(Fitted {
+    Ok(FitResult {
         estimator,
         estimates: result.estimates,
         figures: result.figures,
@@ -161,9 +161,9 @@ pub fn fit(request: &FitRequest, session: Session<'_>) -> Result<Fitted, WorkErr
     })
 }
 
-impl Fitted {
+impl FitResult {
     /// The result, for programs.
-    pub fn result(&self) -> &FitResult {
+    pub fn result(&self) -> &FitDocument {
         &self.result
     }
 
@@ -208,7 +208,7 @@ impl Fitted {
     }
 
     /// The outcome; `written` is the folder of the files. If the fit can be resumed, its journal stays.
-    pub fn ended(&self, written: Option<&Path>) -> Ended {
+    pub fn ended(&self, written: Option<&Path>) -> TaskEnd {
         self.end.ended(self.journal.as_ref(), written)
     }
 
@@ -221,7 +221,7 @@ impl Fitted {
     }
 }
 
-impl Serialize for Fitted {
+impl Serialize for FitResult {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
         self.result.serialize(serializer)
     }

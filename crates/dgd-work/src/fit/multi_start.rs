@@ -10,8 +10,8 @@ use rand_pcg::Pcg64;
 use rand_pcg::rand_core::Rng;
 
 use crate::error::WorkError;
-use crate::fit::report::intervals::Estimated;
-use crate::fit::report::left_out::LeftOut;
+use crate::fit::report::intervals::IntervalEstimates;
+use crate::fit::report::left_out::IncompleteFit;
 use crate::fit::report::outcome::digits_of;
 use crate::output::quantity::{short, with_unit};
 use crate::request::{Estimator, SearchRequest};
@@ -66,7 +66,7 @@ impl SearchRequest {
         self,
         problem: &OutputErrorProblem<'_>,
         seed: u64,
-    ) -> Result<Searched, EstimateError> {
+    ) -> Result<MultiStartFits, EstimateError> {
         let mut random = Pcg64::new(u128::from(seed), STREAM);
         let count = self.starts as usize;
         let points = starting_points(problem, count, self.spread, || random.next_u64());
@@ -74,25 +74,25 @@ impl SearchRequest {
             None => fit_from_drawn(problem, &points),
             Some(k) => fit_from_point(problem, &points, k as usize),
         }?;
-        Ok(Searched { all: fits, spread: self.spread })
+        Ok(MultiStartFits { all: fits, spread: self.spread })
     }
 }
 
 /// The fits from all points.
-pub(crate) struct Searched {
+pub(crate) struct MultiStartFits {
     pub all: MultiStart,
     spread: DrawnFrom,
 }
 
 /// The outcomes of all points.
 pub(crate) struct Minima {
-    searched: Searched,
+    searched: MultiStartFits,
     minima: Vec<LocalMinimum>,
 }
 
 impl Minima {
     /// `None` with a single point.
-    pub(crate) fn of(searched: Searched) -> Option<Self> {
+    pub(crate) fn from_fits(searched: MultiStartFits) -> Option<Self> {
         let minima = searched.all.minima();
         (searched.all.ends.len() > 1).then_some(Self { searched, minima })
     }
@@ -162,7 +162,7 @@ impl Minima {
     }
 
     /// Adds what was left out because of Ctrl-C.
-    pub(crate) fn push_left_out(&self, left_out: &mut LeftOut) {
+    pub(crate) fn push_left_out(&self, left_out: &mut IncompleteFit) {
         let (unfinished, all) = (self.unfinished(), self.all().ends.len());
         if unfinished > 0 {
             left_out
@@ -171,7 +171,7 @@ impl Minima {
     }
 
     /// The section of the result.
-    pub(crate) fn entry(&self, outcome: &dyn Estimated) -> MultiStartResult {
+    pub(crate) fn entry(&self, outcome: &dyn IntervalEstimates) -> MultiStartResult {
         let minimum = |minimum: &LocalMinimum| {
             let fit = self.all().fit_of(minimum.points[0]);
             let estimates = fit.map_or(&[][..], |fit| &fit.estimates);
@@ -202,7 +202,7 @@ impl Minima {
     }
 
     /// A line for each minimum, and for the outcomes of the other points.
-    pub(crate) fn push_text(&self, text: &mut String, outcome: &dyn Estimated) {
+    pub(crate) fn push_text(&self, text: &mut String, outcome: &dyn IntervalEstimates) {
         let n_points = self.all().ends.len();
         // Writing to a string cannot fail.
         let mut minima = self.minima.iter();
@@ -247,7 +247,7 @@ impl Minima {
     }
 
     /// The estimates of another minimum that are furthest from the best.
-    fn places(&self, other: &Fit, outcome: &dyn Estimated) -> String {
+    fn places(&self, other: &Fit, outcome: &dyn IntervalEstimates) -> String {
         let best = &self.all().fit.estimates;
         let distance = |i: usize| {
             let size = best[i].std.unwrap_or(best[i].value.abs()).max(f64::MIN_POSITIVE);

@@ -8,16 +8,16 @@ use dgd_identify::{
 use dgd_runtime::parallel::in_parallel_by_model;
 use dgd_runtime::{Direction, Observations, Options, Problem, System, Unit, consistent_start};
 
-use super::task::Task;
+use super::task::FitSetup;
 use crate::error::{WorkError, meant};
 use crate::request::{Estimator, FitRequest};
 use crate::run::{densities, recording};
-use crate::session::Session;
+use crate::session::TaskContext;
 
 /// An estimated variable, in its declared unit.
 #[derive(Debug, Clone, PartialEq)]
 #[non_exhaustive]
-pub struct Variable {
+pub struct ObjectiveVariable {
     /// A parameter's name, or `x(0)` for an initial value; with several recordings, `x(0) of RECORDING`.
     pub name: String,
     /// Its unit.
@@ -51,7 +51,7 @@ pub struct Objective {
     priors: Vec<NormalPrior>,
     options: Options,
     threads: usize,
-    variables: Vec<Variable>,
+    variables: Vec<ObjectiveVariable>,
 }
 
 /// A prior that adds a residual, SI.
@@ -68,7 +68,7 @@ impl NormalPrior {
     }
 
     /// The derivative of its residual.
-    fn slope(&self, by: &Variable) -> f64 {
+    fn slope(&self, by: &ObjectiveVariable) -> f64 {
         match by.of {
             Direction::Parameter(i) => self.prior.weight(i) * by.unit.factor / self.std,
             Direction::Start(_) => 0.0,
@@ -84,21 +84,21 @@ impl NormalPrior {
 pub fn objective(
     request: &FitRequest,
     noise: &[(String, f64)],
-    session: Session<'_>,
+    session: TaskContext<'_>,
 ) -> Result<Objective, WorkError> {
     if request.regression.estimator != Estimator::OutputError {
         return Err(WorkError::Usage(
             "residuals are those of simulated outputs: `--estimator output-error`".to_owned(),
         ));
     }
-    let task = Task::load(request, session)?;
+    let task = FitSetup::load(request, session)?;
     let problem = task.problem();
     // The objective may be evaluated after the caller's listener is gone.
     let options = Options { watched: None, ..problem.options };
     let priors = problem.priors;
     let noise = noise_of(&task, noise)?;
     let names = recording::names(&request.data);
-    let Task { system, p, train: recordings, .. } = task;
+    let FitSetup { system, p, train: recordings, .. } = task;
     let variables = variables(&system, &p, &recordings, &names, &options)?;
     if variables.is_empty() {
         return Err(WorkError::Usage(
@@ -125,7 +125,7 @@ pub fn objective(
 
 impl Objective {
     /// The variables θ.
-    pub fn variables(&self) -> &[Variable] {
+    pub fn variables(&self) -> &[ObjectiveVariable] {
         &self.variables
     }
 
@@ -253,7 +253,7 @@ fn samples(recording: &Recording, output: usize) -> impl Iterator<Item = (usize,
 }
 
 /// σ of each compared output, SI.
-fn noise_of(task: &Task<'_>, given: &[(String, f64)]) -> Result<Vec<Option<f64>>, WorkError> {
+fn noise_of(task: &FitSetup<'_>, given: &[(String, f64)]) -> Result<Vec<Option<f64>>, WorkError> {
     let outputs = &task.system.signature().outputs;
     let names: Vec<&str> = outputs.iter().map(|output| &*output.name).collect();
     for (name, sigma) in given {
@@ -304,7 +304,7 @@ fn variables(
     recordings: &[Recording],
     names: &[String],
     options: &Options,
-) -> Result<Vec<Variable>, WorkError> {
+) -> Result<Vec<ObjectiveVariable>, WorkError> {
     let signature = system.signature();
     let directions = || signature.directions.iter().copied().enumerate();
     let mut variables = Vec::new();
@@ -312,7 +312,7 @@ fn variables(
         let Direction::Parameter(i) = of else { continue };
         let parameter = &signature.parameters[i];
         let declared = |si: f64| parameter.unit.from_si(si);
-        variables.push(Variable {
+        variables.push(ObjectiveVariable {
             name: parameter.name.to_string(),
             unit: parameter.unit.clone(),
             value: declared(p[i].clamp(parameter.lower, parameter.upper)),
@@ -334,7 +334,7 @@ fn variables(
             let Direction::Start(i) = of else { continue };
             let unit = signature.unknowns.unit(i);
             let name = signature.direction_name(direction);
-            variables.push(Variable {
+            variables.push(ObjectiveVariable {
                 name: match recordings.len() {
                     1 => name.into_owned(),
                     _ => format!("{name} of {}", names[r]),
@@ -359,7 +359,7 @@ mod tests {
 
     use super::*;
     use crate::request::NoiseFrom;
-    use crate::session::Silent;
+    use crate::session::SilentReporter;
     use crate::{RunRequest, SimulateRequest, fit, simulate};
 
     const MODEL: &str = "\
@@ -389,7 +389,7 @@ output flow [lpm] = k * sqrt(max(h, 0) / 1 [m])
             run.data = Some("inputs.csv".into());
             let mut request = SimulateRequest::new(run);
             request.noise_seed = Some(phase as u64);
-            let session = Session::new(&Silent).with_files(&inputs);
+            let session = TaskContext::new(&SilentReporter).with_files(&inputs);
             let simulated = simulate(&request, session).unwrap_or_else(|error| panic!("{error}"));
             let mut csv = Vec::new();
             simulated.table.write_csv(&mut csv).expect("memory can be written to");
@@ -409,7 +409,7 @@ output flow [lpm] = k * sqrt(max(h, 0) / 1 [m])
     #[test]
     fn derivatives_of_residuals_are_those_of_differences() {
         let files = files();
-        let session = Session::new(&Silent).with_files(&files);
+        let session = TaskContext::new(&SilentReporter).with_files(&files);
         let mut request = request();
         request.solve.rtol = 1e-10;
         let objective = objective(&request, &[], session).unwrap_or_else(|error| panic!("{error}"));
@@ -449,7 +449,7 @@ output flow [lpm] = k * sqrt(max(h, 0) / 1 [m])
         // Data after the second point is not read.
         let data = "time [s],x [m],w [g]\n0,0,1\n1,5,1.5\n2,10,2\n";
         let files = InMemory::default().with_file("curve.dgd", model).with_file("data.csv", data);
-        let session = Session::new(&Silent).with_files(&files);
+        let session = TaskContext::new(&SilentReporter).with_files(&files);
         let mut request = FitRequest::new("curve.dgd", vec!["data.csv".into()]);
         request.noise = NoiseFrom::Declared;
         let objective = objective(&request, &[], session).unwrap_or_else(|error| panic!("{error}"));
@@ -483,7 +483,7 @@ output flow [lpm] = k * sqrt(max(h, 0) / 1 [m])
         let data =
             (0..=20).map(row).fold("time [s],x [m],w [g]\n".to_owned(), |all, row| all + &row);
         let files = InMemory::default().with_file("curve.dgd", model).with_file("data.csv", data);
-        let session = Session::new(&Silent).with_files(&files);
+        let session = TaskContext::new(&SilentReporter).with_files(&files);
         for estimator in [
             Estimator::OutputError,
             Estimator::PredictionError,
@@ -515,7 +515,7 @@ output flow [lpm] = k * sqrt(max(h, 0) / 1 [m])
     #[test]
     fn it_is_flat_where_a_fit_ends_and_has_its_cost() {
         let files = files();
-        let session = Session::new(&Silent).with_files(&files);
+        let session = TaskContext::new(&SilentReporter).with_files(&files);
         let request = request();
         let fitted = fit(&request, session).unwrap_or_else(|error| panic!("{error}"));
         let objective = objective(&request, &[], session).unwrap_or_else(|error| panic!("{error}"));
@@ -539,7 +539,7 @@ output flow [lpm] = k * sqrt(max(h, 0) / 1 [m])
     #[test]
     fn an_output_without_noise_is_told_and_given_one() {
         let files = files();
-        let session = Session::new(&Silent).with_files(&files);
+        let session = TaskContext::new(&SilentReporter).with_files(&files);
         let mut request = request();
         request.outputs.clear();
         let refused = objective(&request, &[], session).expect_err("`flow` declares no noise");

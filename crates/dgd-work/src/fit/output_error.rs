@@ -8,26 +8,26 @@ use super::multi_start::Minima;
 use super::page::traces::traces;
 use super::refit::options_of_refit;
 use super::report::bad_fit::BadFit;
-use super::report::excess::Excess;
-use super::report::information::Origins;
+use super::report::excess::ResidualExcess;
+use super::report::information::InformationSources;
 use super::report::intervals::Intervals;
-use super::report::left_out::LeftOut;
-use super::report::left_over::LeftOver;
-use super::report::outcome::{Outcome, name_of};
-use super::report::quality::Quality;
-use super::report::standard::Standard;
-use super::task::Task;
-use super::{FitFigure, Found};
+use super::report::left_out::IncompleteFit;
+use super::report::left_over::ModelErrorSpread;
+use super::report::outcome::{OutputErrorReport, name_of};
+use super::report::quality::FitQuality;
+use super::report::standard::NoiseStandard;
+use super::task::FitSetup;
+use super::{EstimatorResult, FitFigure};
 use crate::error::WorkError;
-use crate::output::figure::{self, Line, Subject};
+use crate::output::figure::{self, PanelLine, PanelSubject};
 use crate::request::{FitRequest, LinearizeAt};
 use crate::run::{recording, reservations};
 
 pub(super) fn run(
-    task: &Task<'_>,
+    task: &FitSetup<'_>,
     request: &FitRequest,
     place: Option<LinearizeAt>,
-) -> Result<Found, WorkError> {
+) -> Result<EstimatorResult, WorkError> {
     let signature = task.system.signature();
     let problem = OutputErrorProblem { loss: request.search.loss, ..task.problem() };
     if request.intervals.bootstrap > 0
@@ -58,12 +58,13 @@ pub(super) fn run(
             (problem, fits)
         }
     };
-    let (mut fit, minima) = (fits.all.fit.clone(), Minima::of(fits));
+    let (mut fit, minima) = (fits.all.fit.clone(), Minima::from_fits(fits));
     let is_converged = fit.termination.is_converged();
     // The result of the best values so far is computed even after a cancelled search.
     let result = problem.unwatched().as_fitted(&fit);
     let train = task.evaluated(&result, &fit, &request.data)?;
-    let mut left_out = LeftOut::of(fit.termination, || task.unconverged(&fit, &request.data));
+    let mut left_out =
+        IncompleteFit::from_termination(fit.termination, || task.unconverged(&fit, &request.data));
     if let Some(minima) = &minima {
         minima.push_left_out(&mut left_out);
     }
@@ -88,7 +89,7 @@ pub(super) fn run(
     intervals.push_left_out(&mut left_out, |i| name_of(&fit.estimates[i], &recording_names));
     task.session.listener.ends();
     let information = (request.intervals.information && has_all)
-        .then(|| Origins::find(&result, &fit, &train))
+        .then(|| InformationSources::find(&result, &fit, &train))
         .transpose()
         .map_err(|error| task.failed(error, &request.data))?;
     let mut reservations = reservations::of_recordings(&task.system, &fit.p, &task.train);
@@ -96,13 +97,13 @@ pub(super) fn run(
     if task.few.hide_stds() {
         fit.forget_uncertainty();
     }
-    let standard = Standard { noise: &problem.noise, fit: &fit };
-    let quality = Quality::of(signature, &task.train, &train, standard);
-    let excess = Excess::all(signature, &task.train, &train, standard);
+    let standard = NoiseStandard { noise: &problem.noise, fit: &fit };
+    let quality = FitQuality::evaluate(signature, &task.train, &train, standard);
+    let excess = ResidualExcess::all(signature, &task.train, &train, standard);
     let ended = is_converged && !task.few.hide_stds() && !task.session.listener.is_stopped();
-    let left_over = LeftOver::find(&result, &fit, &quality, ended)
+    let left_over = ModelErrorSpread::find(&result, &fit, &quality, ended)
         .map_err(|error| task.failed(error, &request.data))?;
-    let outcome = Outcome {
+    let outcome = OutputErrorReport {
         signature,
         variants: &task.compiled.model.variants,
         fit: &fit,
@@ -118,9 +119,9 @@ pub(super) fn run(
         left_over,
         quality,
         excess,
-        quality_valid: valid
-            .as_ref()
-            .map(|tested| Quality::of(signature, &tested.recordings, &tested.evaluation, standard)),
+        quality_valid: valid.as_ref().map(|tested| {
+            FitQuality::evaluate(signature, &tested.recordings, &tested.evaluation, standard)
+        }),
         train,
         valid,
         linearised: linearised.transpose()?,
@@ -138,12 +139,12 @@ pub(super) fn run(
             Some((&task.train, &outcome.train)),
             outcome.valid.as_ref().map(|tested| (&*tested.recordings, &tested.evaluation)),
         ],
-        |recording, i, k, w| standard.of(recording, i, k, w),
+        |recording, i, k, w| standard.standardise(recording, i, k, w),
     );
     let result = outcome.result(task.provenance.clone());
     let bad = BadFit::find(&result).filter(|_| is_converged);
     let headline = bad.map_or_else(String::new, |reason| format!("The fit is bad: {reason}.\n\n"));
-    Ok(Found {
+    Ok(EstimatorResult {
         text: headline + &outcome.to_text(),
         result,
         figures,
@@ -155,7 +156,11 @@ pub(super) fn run(
 }
 
 /// Each output of each recording, simulated and measured.
-fn subjects(outcome: &Outcome<'_>, task: &Task<'_>, request: &FitRequest) -> Vec<Subject> {
+fn subjects(
+    outcome: &OutputErrorReport<'_>,
+    task: &FitSetup<'_>,
+    request: &FitRequest,
+) -> Vec<PanelSubject> {
     let names = recording::names(&[request.data.as_slice(), &request.valid].concat());
     let train = task.train.iter().zip(&outcome.train.observations);
     let tested = outcome.valid.iter().flat_map(|tested| &tested.evaluation.observations);
@@ -167,13 +172,13 @@ fn subjects(outcome: &Outcome<'_>, task: &Task<'_>, request: &FitRequest) -> Vec
             let unit = &output.unit;
             let in_unit = |value: f64| unit.from_si(value);
             let simulated = (0..recording.times.len()).map(|k| in_unit(observations.w(k)[i]));
-            let line = |name: &str, values: Vec<f64>, meaning| Line {
+            let line = |name: &str, values: Vec<f64>, meaning| PanelLine {
                 name: MathText::plain(name),
                 times: recording.times.clone(),
                 values,
                 meaning,
             };
-            subjects.push(Subject {
+            subjects.push(PanelSubject {
                 title: MathText::name(&output.name).then(MathText::plain(&format!(", {file}"))),
                 unit: unit.symbol.to_string(),
                 lines: vec![

@@ -17,17 +17,17 @@ use dgd_plot::{Figure, MathText, Panel, SeriesMeaning};
 use dgd_runtime::{Direction, Options, Output, Signature, System, Unit};
 
 use super::page::traces::traces;
-use super::task::{Task, flat};
-use super::{FitFigure, Found};
+use super::task::{FitSetup, flat};
+use super::{EstimatorResult, FitFigure};
 use crate::error::WorkError;
-use crate::fit::report::intervals::{Estimated, Intervals};
-use crate::fit::report::left_out::LeftOut;
-use crate::fit::report::outcome::{Tested, digits_of, entry, name_of, rms_of, unit_of};
-use crate::output::figure::{self, Line, Subject};
+use crate::fit::report::intervals::{IntervalEstimates, Intervals};
+use crate::fit::report::left_out::IncompleteFit;
+use crate::fit::report::outcome::{ValidationResult, digits_of, entry, name_of, rms_of, unit_of};
+use crate::output::figure::{self, PanelLine, PanelSubject};
 use crate::output::table::{push_table, significant};
 use crate::request::FitRequest;
 use crate::result::fit::{
-    BoundEntry, EstimateEntry, FitResult, NoiseEntry, OutputEntry, RecordingValues,
+    BoundEntry, EstimateEntry, FitDocument, NoiseEntry, OutputEntry, RecordingValues,
     UndeterminedTerm,
 };
 use crate::run::{densities, recording};
@@ -37,7 +37,7 @@ const TIGHT: f64 = 1e-8;
 
 const MINUTE: f64 = 60.0;
 
-pub(super) fn run(task: &Task<'_>, request: &FitRequest) -> Result<Found, WorkError> {
+pub(super) fn run(task: &FitSetup<'_>, request: &FitRequest) -> Result<EstimatorResult, WorkError> {
     let problem = problem(task, request);
     let mut fit = prediction_error(&problem).map_err(|error| task.failed(error, &request.data))?;
     if task.few.hide_stds() {
@@ -67,7 +67,7 @@ pub(super) fn run(task: &Task<'_>, request: &FitRequest) -> Result<Found, WorkEr
         ..of_simulation
     };
     let is_converged = fit.termination.is_converged();
-    let mut left_out = LeftOut::of(fit.termination, reason);
+    let mut left_out = IncompleteFit::from_termination(fit.termination, reason);
     let profiled = request.intervals.profiled(&fit.estimates);
     let profiles = if profiled.is_empty() || !is_converged {
         Vec::new()
@@ -92,7 +92,7 @@ pub(super) fn run(task: &Task<'_>, request: &FitRequest) -> Result<Found, WorkEr
         valid => valid?,
     };
     task.session.listener.ends();
-    let outcome = Outcome {
+    let outcome = PredictionErrorReport {
         task,
         request,
         found: &fit,
@@ -116,7 +116,7 @@ pub(super) fn run(task: &Task<'_>, request: &FitRequest) -> Result<Found, WorkEr
         ],
         |_, _, _, _| None,
     );
-    Ok(Found {
+    Ok(EstimatorResult {
         result: outcome.result(),
         text: outcome.to_text(),
         figures,
@@ -127,7 +127,7 @@ pub(super) fn run(task: &Task<'_>, request: &FitRequest) -> Result<Found, WorkEr
     })
 }
 
-fn problem<'a>(task: &'a Task<'_>, request: &FitRequest) -> PredictionErrorProblem<'a> {
+fn problem<'a>(task: &'a FitSetup<'_>, request: &FitRequest) -> PredictionErrorProblem<'a> {
     let defaults = PredictionErrorProblem::new(task.system.as_model(), &task.p, &task.train);
     let is_free = |direction: &Direction| is_free(&task.compiled, request, direction);
     let output_error = task.problem();
@@ -161,7 +161,7 @@ fn problem<'a>(task: &'a Task<'_>, request: &FitRequest) -> PredictionErrorProbl
 }
 
 /// Process noise of each state: as declared, and estimated otherwise.
-fn rates(task: &Task<'_>) -> Vec<NoiseLevelSource> {
+fn rates(task: &FitSetup<'_>) -> Vec<NoiseLevelSource> {
     let system = task.system.as_model();
     let level = |i: usize| {
         let name = task.system.signature().unknowns.name(i);
@@ -196,19 +196,19 @@ pub(super) fn is_free(
 }
 
 /// The result, as text and JSON.
-struct Outcome<'a> {
-    task: &'a Task<'a>,
+struct PredictionErrorReport<'a> {
+    task: &'a FitSetup<'a>,
     request: &'a FitRequest,
     found: &'a PredictionError,
     /// Names of the recordings.
     recording_names: Vec<String>,
     train: OutputErrorEvaluation,
-    valid: Option<Tested>,
+    valid: Option<ValidationResult>,
     intervals: Intervals,
-    left_out: &'a LeftOut,
+    left_out: &'a IncompleteFit,
 }
 
-impl Estimated for Outcome<'_> {
+impl IntervalEstimates for PredictionErrorReport<'_> {
     fn signature(&self) -> &Signature {
         self.task.system.signature()
     }
@@ -222,7 +222,7 @@ impl Estimated for Outcome<'_> {
     }
 }
 
-impl Outcome<'_> {
+impl PredictionErrorReport<'_> {
     /// Positions of the states.
     fn states(&self) -> Vec<usize> {
         FilterProblem::new(self.task.system.as_model(), &self.task.p).states()
@@ -265,7 +265,7 @@ impl Outcome<'_> {
         rms_of(evaluation, output, &self.signature().outputs[output].unit)
     }
 
-    fn result(&self) -> FitResult {
+    fn result(&self) -> FitDocument {
         let (signature, found, task) = (self.signature(), self.found, self.task);
         let of_parameter =
             |estimate: &&ParameterEstimate| matches!(estimate.of, Direction::Parameter(_));
@@ -294,7 +294,7 @@ impl Outcome<'_> {
             let entry = level_entry(*rate, signature.unknowns.unit(i), MINUTE.sqrt());
             (signature.unknowns.name(i).to_string(), entry)
         });
-        FitResult {
+        FitDocument {
             model: signature.name.to_string(),
             estimator: Some(crate::request::Estimator::PredictionError.name().to_owned()),
             variants: None,
@@ -303,7 +303,7 @@ impl Outcome<'_> {
             outputs: signature.outputs.iter().enumerate().map(output).collect(),
             starts: Some(starts.collect()),
             starts_valid: None,
-            counts_from: self.valid.as_ref().map(Tested::counts_from),
+            counts_from: self.valid.as_ref().map(ValidationResult::counts_from),
             rows: None,
             process_noise_in_a_minute: Some(process.collect()),
             names: None,
@@ -420,7 +420,7 @@ fn innovations(
     recording: &Recording,
     rows: &[TrackedRow],
     file: &str,
-) -> (Subject, Panel) {
+) -> (PanelSubject, Panel) {
     let unit = &output.unit;
     let Unit { symbol, factor, .. } = unit;
     let samples = recording.measured[i].as_deref().unwrap_or_default();
@@ -444,17 +444,17 @@ fn innovations(
             .then(MathText::name(&output.name))
             .then(MathText::plain(&format!(", {file}")))
     };
-    let subject = Subject {
+    let subject = PanelSubject {
         title: title(""),
         unit: symbol.to_string(),
         lines: vec![
-            Line {
+            PanelLine {
                 name: MathText::plain("one row ahead"),
                 times: times.clone(),
                 values: column(0),
                 meaning: SeriesMeaning::Simulated,
             },
-            Line {
+            PanelLine {
                 name: MathText::plain("measured"),
                 times: recording.times.clone(),
                 values: measured,

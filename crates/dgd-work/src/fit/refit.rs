@@ -4,17 +4,17 @@ use dgd_identify::{EstimateError, MultiStart, PointEnd, Recording, Termination, 
 use dgd_runtime::integrate::catalogue::{AUTOMATIC, METHODS, MethodKind};
 use dgd_runtime::{Evaluation, IntegrateError, Options, Steps};
 
-use crate::request::Solve;
-use crate::session::Session;
+use crate::request::SolverOptions;
+use crate::session::TaskContext;
 
 /// Options for a second fit from the same points by a method that can start any run, if no method was named and the
 /// first fit ended because derivatives at the start of a run were not finite.
 pub(crate) fn options_of_refit(
     options: &Options,
-    args: &Solve,
+    args: &SolverOptions,
     found: &MultiStart,
     recordings: &[Recording],
-    session: Session<'_>,
+    session: TaskContext<'_>,
 ) -> Option<Options> {
     let MethodKind::Rosenbrock(_) = options.method.kind else { return None };
     if args.method != AUTOMATIC || matches!(args.steps, Steps::PerSample(_)) {

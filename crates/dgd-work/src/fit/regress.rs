@@ -9,20 +9,20 @@ use dgd_identify::regression::{
 use dgd_identify::{EstimateError, OutputErrorProblem, Recording};
 use dgd_runtime::System;
 
-use super::page::{self, traces::Trace};
-use super::task::{Task, flat};
-use super::{FitFigure, Found};
+use super::page::{self, traces::PageTrace};
+use super::task::{FitSetup, flat};
+use super::{EstimatorResult, FitFigure};
 use crate::error::WorkError;
 use crate::error::meant;
 use crate::fit::fitted_model::ESTIMATES;
 use crate::fit::report::intervals::Intervals;
-use crate::fit::report::left_out::LeftOut;
-use crate::fit::report::outcome::Tested;
+use crate::fit::report::left_out::IncompleteFit;
+use crate::fit::report::outcome::ValidationResult;
 use crate::fit::report::regression::RegressionOutcome;
 use crate::request::{Estimator, FitRequest, Normalise, RegressionRequest};
-use crate::run::recording::Clock;
+use crate::run::recording::TimeColumnRule;
 
-pub(super) fn run(task: &Task<'_>, request: &FitRequest) -> Result<Found, WorkError> {
+pub(super) fn run(task: &FitSetup<'_>, request: &FitRequest) -> Result<EstimatorResult, WorkError> {
     let problem = regression_problem(task, request)?;
     let regress_by = |method| regress(&problem, method);
     let mut followed = None;
@@ -34,7 +34,9 @@ pub(super) fn run(task: &Task<'_>, request: &FitRequest) -> Result<Found, WorkEr
         | Estimator::OutputError
         | Estimator::Linearised
         | Estimator::PredictionError => regress_by(RegressionMethod::VariableProjection),
-        Estimator::Recursive if task.clock == Clock::Rows => Err(RegressionError::NotOverTime),
+        Estimator::Recursive if task.clock == TimeColumnRule::Rows => {
+            Err(RegressionError::NotOverTime)
+        }
         Estimator::Recursive => {
             follow(&problem, &follow_options(&request.regression)).map(|found| {
                 let fit = found.fit.clone();
@@ -51,9 +53,9 @@ pub(super) fn run(task: &Task<'_>, request: &FitRequest) -> Result<Found, WorkEr
     let simulated =
         |recordings: &[Recording], paths: &[PathBuf]| simulated(task, &fit.p, recordings, paths);
     let mut left_out = if fit.is_stopped {
-        LeftOut::stopped()
+        IncompleteFit::stopped()
     } else if fit.is_converged {
-        LeftOut::default()
+        IncompleteFit::default()
     } else {
         let most = problem.stopping.evaluations;
         let words = if fit.is_flat {
@@ -61,7 +63,7 @@ pub(super) fn run(task: &Task<'_>, request: &FitRequest) -> Result<Found, WorkEr
         } else {
             format!("no minimum was reached in {} evaluations of all rows", fit.evaluations)
         };
-        LeftOut::unconverged(words, fit.evaluations >= most)
+        IncompleteFit::unconverged(words, fit.evaluations >= most)
     };
     let profiled = request.intervals.profiled(&fit.estimates);
     let profiles = if profiled.is_empty() || !fit.is_converged {
@@ -99,14 +101,14 @@ pub(super) fn run(task: &Task<'_>, request: &FitRequest) -> Result<Found, WorkEr
     let mut figures = Vec::new();
     if request.figures {
         let traces = traces(&problem, &fit).map_err(|error| failed(task, request, error))?;
-        let figure = outcome.figure(&traces, &request.data, task.clock == Clock::Rows);
+        let figure = outcome.figure(&traces, &request.data, task.clock == TimeColumnRule::Rows);
         figures.push(FitFigure { of: None, figure });
         figures.extend(FitFigure::of_profiles(&outcome.intervals, &outcome));
     }
     let estimates = outcome.estimates_csv();
     let more = estimates.map(|csv| (ESTIMATES.to_owned(), csv.into_bytes()));
     let traces = simulated_traces(task, request, [&outcome.train, &outcome.valid]);
-    Ok(Found {
+    Ok(EstimatorResult {
         result: outcome.result(task.provenance.clone()),
         text: outcome.to_text(),
         figures,
@@ -119,10 +121,10 @@ pub(super) fn run(task: &Task<'_>, request: &FitRequest) -> Result<Found, WorkEr
 
 /// The recordings that could be simulated with the estimates.
 fn simulated_traces(
-    task: &Task<'_>,
+    task: &FitSetup<'_>,
     request: &FitRequest,
-    of: [&Option<Result<Tested, String>>; 2],
-) -> Vec<Trace> {
+    of: [&Option<Result<ValidationResult, String>>; 2],
+) -> Vec<PageTrace> {
     let evaluated = of.map(|of| match of {
         Some(Ok(tested)) => Some((&*tested.recordings, &tested.evaluation)),
         Some(Err(_)) | None => None,
@@ -150,7 +152,7 @@ fn follow_options(request: &RegressionRequest) -> FollowOptions {
 }
 
 fn regression_problem<'a>(
-    task: &'a Task<'_>,
+    task: &'a FitSetup<'_>,
     request: &FitRequest,
 ) -> Result<RegressionProblem<'a>, WorkError> {
     let defaults = RegressionProblem::new(task.system.as_model(), &task.p, &task.train);
@@ -176,7 +178,7 @@ fn regression_problem<'a>(
 }
 
 /// Reads `STATE=RATE`: the index of the unknown, and its rate in SI.
-fn steady(task: &Task<'_>, text: &str) -> Result<(usize, f64), WorkError> {
+fn steady(task: &FitSetup<'_>, text: &str) -> Result<(usize, f64), WorkError> {
     let unknowns = &task.system.signature().unknowns;
     let Some((name, rate)) = text.split_once('=') else {
         return Err(WorkError::Usage(format!("`--steady {text}` is not `STATE=RATE`")));
@@ -200,11 +202,11 @@ fn steady(task: &Task<'_>, text: &str) -> Result<(usize, f64), WorkError> {
 
 /// The model simulated with the estimates; `None` without recordings, or the reason why it cannot be simulated.
 fn simulated(
-    task: &Task<'_>,
+    task: &FitSetup<'_>,
     p: &[f64],
     recordings: &[Recording],
     paths: &[PathBuf],
-) -> Option<Result<Tested, String>> {
+) -> Option<Result<ValidationResult, String>> {
     if recordings.is_empty() {
         return None;
     }
@@ -212,7 +214,7 @@ fn simulated(
     Some(task.simulated(&problem, paths).map_err(|error| error.to_string()))
 }
 
-fn failed(task: &Task<'_>, request: &FitRequest, error: RegressionError) -> WorkError {
+fn failed(task: &FitSetup<'_>, request: &FitRequest, error: RegressionError) -> WorkError {
     match error {
         RegressionError::NothingFree
         | RegressionError::Prior { .. }

@@ -23,25 +23,25 @@ use dgd_runtime::{Direction, Options, Problem, Signature, System};
 use crate::error::{WorkError, meant};
 use crate::fit::prediction_error;
 use crate::fit::report::few_samples::FewSamples;
-use crate::fit::report::left_out::LeftOut;
-use crate::fit::report::linearised::{self, Linearised};
-use crate::fit::report::outcome::Tested;
-use crate::fit::report::standard::Standard;
+use crate::fit::report::left_out::IncompleteFit;
+use crate::fit::report::linearised::{self, LinearisedReport};
+use crate::fit::report::outcome::ValidationResult;
+use crate::fit::report::standard::NoiseStandard;
 use crate::model::Compilation;
 use crate::output::provenance::{self, DataFile, Provenance};
 use crate::request::{Estimator, FitRequest, LinearizeAt};
-use crate::run::recording::{self, Clock};
+use crate::run::recording::{self, TimeColumnRule};
 use crate::run::{
     densities, executable, keeping, options, reservations, verify_memory_of_fit, with_method,
     with_method_per_sample, with_method_to_begin,
 };
-use crate::session::Session;
+use crate::session::TaskContext;
 
 /// Most evaluations of a static model; they are cheap.
 const MOST_EVALUATIONS_OF_ROWS: usize = 5000;
 
 /// The set-up of a fit.
-pub(super) struct Task<'s> {
+pub(super) struct FitSetup<'s> {
     pub(super) compiled: CompiledStages,
     pub(super) sources: SourceMap,
     pub(super) options_of_model: ModelOptions,
@@ -54,10 +54,10 @@ pub(super) struct Task<'s> {
     /// Outputs whose noise cannot be estimated.
     pub(super) few: FewSamples,
     /// Whether a file has rows without time.
-    pub(super) clock: Clock,
+    pub(super) clock: TimeColumnRule,
     options: Options,
     /// Receives progress, and may cancel.
-    pub(super) session: Session<'s>,
+    pub(super) session: TaskContext<'s>,
     /// Most simulations or evaluations, if set on the command line.
     pub(super) evaluations: Option<usize>,
     /// Simulations, profiles and refits, kept until all results are written.
@@ -67,8 +67,11 @@ pub(super) struct Task<'s> {
     pub(super) provenance: Provenance,
 }
 
-impl<'s> Task<'s> {
-    pub(super) fn load(request: &FitRequest, session: Session<'s>) -> Result<Task<'s>, WorkError> {
+impl<'s> FitSetup<'s> {
+    pub(super) fn load(
+        request: &FitRequest,
+        session: TaskContext<'s>,
+    ) -> Result<FitSetup<'s>, WorkError> {
         let options = Options { watched: session.listener.watched(), ..options(&request.solve)? };
         let mut compilation = Compilation::new(session.files);
         let options_of_model = compilation.options(&request.choices)?;
@@ -90,7 +93,14 @@ impl<'s> Task<'s> {
         let mut read = |paths: &[PathBuf]| {
             let (renames, dae) = (&request.solve.rename, &compiled.dae);
             let compilation = &mut compilation;
-            recording::Recording::read_all(paths, renames, dae, Clock::Rows, compilation, session)
+            recording::RunRecording::read_all(
+                paths,
+                renames,
+                dae,
+                TimeColumnRule::Rows,
+                compilation,
+                session,
+            )
         };
         // The second error contains the mistakes of both files.
         let (train, valid) = (read(&request.data), read(&request.valid));
@@ -101,13 +111,16 @@ impl<'s> Task<'s> {
         let provenance = Provenance::new(session, Some(of_model), files);
 
         let mut clocks = train.iter().chain(&valid).map(|read| read.clock);
-        let clock =
-            if clocks.any(|clock| clock == Clock::Rows) { Clock::Rows } else { Clock::Time };
+        let clock = if clocks.any(|clock| clock == TimeColumnRule::Rows) {
+            TimeColumnRule::Rows
+        } else {
+            TimeColumnRule::Time
+        };
         let system = executable(compiled.program.clone(), &request.solve)?;
         let signature = system.signature();
         let options = with_method(options, &request.solve, signature);
         let p: Vec<f64> = signature.parameters.iter().map(|parameter| parameter.value).collect();
-        let experiments = |read: Vec<recording::Recording>, paths: &[PathBuf]| {
+        let experiments = |read: Vec<recording::RunRecording>, paths: &[PathBuf]| {
             let read = read.iter().zip(paths);
             read.map(|(read, path)| read.experiment(&system, &p, path, &request.solve, &options))
                 .collect::<Result<Vec<Recording>, WorkError>>()
@@ -166,7 +179,7 @@ impl<'s> Task<'s> {
         };
         session.listener.begins(journal.is_some());
         let digest = if journal.is_some() { of_program() } else { Digest::EMPTY };
-        Ok(Task {
+        Ok(FitSetup {
             compiled,
             sources,
             options_of_model,
@@ -189,7 +202,7 @@ impl<'s> Task<'s> {
     /// Simulates all recordings with linear models from now on.
     pub(super) fn linearise(&mut self, place: LinearizeAt) {
         for recording in self.train.iter_mut().chain(&mut self.valid) {
-            recording.linear = place.of(&recording.inputs, &recording.times);
+            recording.linear = place.locate(&recording.inputs, &recording.times);
         }
     }
 
@@ -201,7 +214,7 @@ impl<'s> Task<'s> {
         fit: &Fit,
         train: &OutputErrorEvaluation,
         request: &FitRequest,
-    ) -> Result<Linearised, WorkError> {
+    ) -> Result<LinearisedReport, WorkError> {
         let failed = |error| self.failed(EstimateError::Start(error), &request.data);
         let points = operating_points(problem, &fit.p, &fit.starts).map_err(failed)?;
         let model = nonlinear(problem, &fit.p, &fit.starts);
@@ -214,9 +227,9 @@ impl<'s> Task<'s> {
             }
         }
         let model = model.map_err(|error| named(&error, &request.data));
-        let standard = Standard { noise: &problem.noise, fit };
+        let standard = NoiseStandard { noise: &problem.noise, fit };
         let signature = self.system.signature();
-        Ok(Linearised::new(signature, place, points, &self.train, train, standard, model))
+        Ok(LinearisedReport::new(signature, place, points, &self.train, train, standard, model))
     }
 
     pub(super) fn problem(&self) -> OutputErrorProblem<'_> {
@@ -267,7 +280,7 @@ impl<'s> Task<'s> {
         problem: &OutputErrorProblem<'_>,
         fit: &Fit,
         request: &FitRequest,
-    ) -> Result<Option<Tested>, WorkError> {
+    ) -> Result<Option<ValidationResult>, WorkError> {
         if self.valid.is_empty() {
             return Ok(None);
         }
@@ -285,7 +298,7 @@ impl<'s> Task<'s> {
     pub(super) fn tested_unless_stopped<T>(
         &self,
         request: &FitRequest,
-        left_out: &mut LeftOut,
+        left_out: &mut IncompleteFit,
         tested: impl FnOnce() -> Result<Option<T>, WorkError>,
     ) -> Result<Option<T>, WorkError> {
         let is_stopped = || self.session.listener.is_stopped();
@@ -304,7 +317,7 @@ impl<'s> Task<'s> {
         &self,
         held_out: &OutputErrorProblem<'_>,
         paths: &[PathBuf],
-    ) -> Result<Tested, WorkError> {
+    ) -> Result<ValidationResult, WorkError> {
         let failed = |error| self.failed(error, paths);
         let mut recordings = held_out.recordings.to_vec();
         // Without states nothing is estimated, and all rows count.
@@ -319,7 +332,7 @@ impl<'s> Task<'s> {
         let counted = OutputErrorProblem { recordings: &recordings, ..held_out.clone() };
         let evaluation = evaluate(&counted, held_out.p, &starts)
             .map_err(|error| failed(EstimateError::Start(error)))?;
-        Ok(Tested { paths: paths.to_vec(), recordings, starts, evaluation })
+        Ok(ValidationResult { paths: paths.to_vec(), recordings, starts, evaluation })
     }
 
     /// A sentence for each validation recording that is also a training recording.

@@ -26,7 +26,7 @@ pub(super) fn poles(title: &str, poles: &[Pole], conserved: usize) -> Figure {
     let (inside, faster): (Vec<Pole>, Vec<Pole>) =
         shown.into_iter().partition(|pole| pole.frequency() <= limit);
 
-    let frame = Frame::of(&inside);
+    let frame = PlaneFrame::around(&inside);
     let mut series = Vec::new();
     let mut left = conserved;
     for (k, pole) in inside.iter().enumerate().take(MOST_NAMED) {
@@ -57,14 +57,14 @@ pub(super) fn poles(title: &str, poles: &[Pole], conserved: usize) -> Figure {
 }
 
 /// The visible part of the plane.
-struct Frame {
+struct PlaneFrame {
     left: f64,
     right: f64,
     height: f64,
 }
 
-impl Frame {
-    fn of(poles: &[Pole]) -> Self {
+impl PlaneFrame {
+    fn around(poles: &[Pole]) -> Self {
         let highest = poles.iter().map(|pole| pole.im).fold(0.0, f64::max);
         let least = poles.iter().map(|pole| pole.re).fold(0.0, f64::min);
         let most = poles.iter().map(|pole| pole.re).fold(0.0, f64::max);
@@ -74,7 +74,11 @@ impl Frame {
             width => width,
         };
         let height = if highest > 0.0 { highest } else { 0.5 * width };
-        Frame { left: least - MARGIN * width, right: most + MARGIN * width, height: 1.2 * height }
+        PlaneFrame {
+            left: least - MARGIN * width,
+            right: most + MARGIN * width,
+            height: 1.2 * height,
+        }
     }
 
     /// Both axes; poles left of the imaginary axis are stable.

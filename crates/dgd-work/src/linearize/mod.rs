@@ -11,12 +11,12 @@ use dgd_runtime::{Inputs, Problem};
 use crate::error::WorkError;
 use crate::model::load;
 use crate::output::conserved;
-use crate::request::{LinearizeAt, LinearizeRequest, RunRequest, Solve};
-use crate::run::Run;
+use crate::request::{LinearizeAt, LinearizeRequest, RunRequest, SolverOptions};
+use crate::run::ModelRun;
 use crate::run::under_way::told;
-use crate::session::Session;
+use crate::session::TaskContext;
 
-pub use report::{Linearised, modes};
+pub use report::{LinearModelReport, modes};
 
 /// Linearises the model at a point.
 ///
@@ -25,8 +25,8 @@ pub use report::{Linearised, modes};
 /// [`WorkError`]: there is no such point, or the model cannot be differentiated there.
 pub fn linearize(
     request: &LinearizeRequest,
-    session: Session<'_>,
-) -> Result<Linearised, WorkError> {
+    session: TaskContext<'_>,
+) -> Result<LinearModelReport, WorkError> {
     if request.solve.until.is_some() {
         let message = "`linearize` does not take `--until`: its run ends where `--at` says";
         return Err(WorkError::Usage(message.to_owned()));
@@ -39,7 +39,7 @@ pub fn linearize(
         return Err(WorkError::Usage(message));
     }
     let loaded = load(&request.model, &request.choices, &SensitivityDirections::None, session)?;
-    let run = Run::prepare(&run_request(request), loaded, session)?;
+    let run = ModelRun::prepare(&run_request(request), loaded, session)?;
     let from = run.times[0];
     session.listener.begins(false);
     let SteadyState { at, conserved } = match request.at {
@@ -68,7 +68,7 @@ pub fn linearize(
     let poles = system.poles_beside(&conserved).map_err(failed)?;
     let signature = run.signature().clone();
     let conserved = conserved::described(&signature, &system, &conserved);
-    let linear = Linearised::new(signature, request.at, at, system, poles, run.provenance);
+    let linear = LinearModelReport::new(signature, request.at, at, system, poles, run.provenance);
     Ok(linear.holding(conserved))
 }
 
@@ -100,7 +100,7 @@ fn run_request(request: &LinearizeRequest) -> RunRequest {
     RunRequest {
         choices: choices.clone(),
         data: data.clone(),
-        solve: Solve { until, ..solve.clone() },
+        solve: SolverOptions { until, ..solve.clone() },
         ..RunRequest::new(model)
     }
 }

@@ -4,15 +4,15 @@ use dgd_page::{ChartLink, HeadlineTone, Markup, Page, PageCell, PageTable};
 use dgd_plot::MathText;
 use dgd_runtime::linearize::Stability;
 
-use super::Linearised;
+use super::LinearModelReport;
 use crate::output::page::{name, number, origin, unit, words};
 use crate::output::quantity::short;
-use crate::result::linearize::{LinearResult, PointQuantity};
+use crate::result::linearize::{LinearizeDocument, PointEntry};
 
 /// Largest number of rows or columns shown.
 const MOST_SHOWN: usize = 24;
 
-impl Linearised {
+impl LinearModelReport {
     /// Its page, with the command that reproduces it.
     pub fn page(&self, command: &str) -> String {
         let result = self.result();
@@ -60,11 +60,11 @@ impl Linearised {
     }
 }
 
-fn quantities<T>(all: &[T], quantity: impl Fn(&T) -> &PointQuantity) -> Vec<&PointQuantity> {
+fn quantities<T>(all: &[T], quantity: impl Fn(&T) -> &PointEntry) -> Vec<&PointEntry> {
     all.iter().map(quantity).collect()
 }
 
-fn poles(result: &LinearResult) -> Markup {
+fn poles(result: &LinearizeDocument) -> Markup {
     let head = ["pole, 1/s", "± i, 1/s", "time constant, s", "damping", "period, s"];
     let mut table = PageTable::new("Poles", &head);
     for pole in result.poles.iter().filter(|pole| pole.im >= 0.0) {
@@ -80,7 +80,7 @@ fn poles(result: &LinearResult) -> Markup {
     table.to_markup()
 }
 
-fn point(result: &LinearResult) -> Markup {
+fn point(result: &LinearizeDocument) -> Markup {
     // At a steady state, slopes are rounding errors.
     let is_rest = result.steady;
     let head = ["name", "is", "value", "unit", "slope, unit/s"];
@@ -109,8 +109,8 @@ fn point(result: &LinearResult) -> Markup {
 fn table(
     matrix: &str,
     values: &[Vec<Option<f64>>],
-    rows: &[&PointQuantity],
-    columns: &[&PointQuantity],
+    rows: &[&PointEntry],
+    columns: &[&PointEntry],
 ) -> Markup {
     if rows.is_empty() || columns.is_empty() {
         return Markup::default();
@@ -119,7 +119,7 @@ fn table(
         let words = format!("{} × {}, too large to be shown here.", rows.len(), columns.len());
         return Markup::text(&words).paragraph();
     }
-    let label = |one: &&PointQuantity| {
+    let label = |one: &&PointEntry| {
         let unit = MathText::default().with_unit(&one.unit);
         Markup::code(&one.name).then(&Markup::text(" ")).then(&Markup::from(&unit))
     };

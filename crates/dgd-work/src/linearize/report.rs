@@ -14,14 +14,14 @@ use serde_json::{Value, json};
 
 use super::figure;
 use crate::output::columns::{is_share, quotient};
-use crate::output::conserved::Held;
+use crate::output::conserved::ConservedQuantity;
 use crate::output::provenance::Provenance;
 use crate::output::quantity::of_differences;
 use crate::output::table::{exact, push_table, significant};
 use crate::request::LinearizeAt;
 use crate::result::linearize::{
     DelayedUnknownEntry, EliminatedEntry, LinearInputEntry, LinearModeEntry, LinearOutputEntry,
-    LinearResult, LinearStateEntry, PointQuantity, PoleEntry, StabilityOtherwise,
+    LinearStateEntry, LinearizeDocument, PointEntry, PoleEntry, StabilityOtherwise,
 };
 
 /// Significant digits of printed values.
@@ -33,16 +33,16 @@ const MOST_SHOWN: usize = 24;
 
 /// A quantity and its value at the point.
 #[derive(Debug, Clone)]
-struct Quantity {
+struct PointQuantity {
     name: String,
     unit: Unit,
     /// Value at the point, SI.
     value: f64,
 }
 
-impl Quantity {
-    fn entry(&self) -> PointQuantity {
-        PointQuantity {
+impl PointQuantity {
+    fn entry(&self) -> PointEntry {
+        PointEntry {
             name: self.name.clone(),
             unit: self.unit.symbol.to_string(),
             value: self.value(),
@@ -66,16 +66,16 @@ impl Quantity {
 }
 
 /// A matrix with the quantities of its rows and columns.
-struct Matrix<'a> {
+struct LabelledMatrix<'a> {
     name: &'static str,
     about: &'static str,
-    rows: &'a [Quantity],
-    columns: &'a [Quantity],
+    rows: &'a [PointQuantity],
+    columns: &'a [PointQuantity],
     /// SI.
     entries: &'a DMatrix<f64>,
 }
 
-impl Matrix<'_> {
+impl LabelledMatrix<'_> {
     /// An entry in the declared units.
     fn value(&self, i: usize, j: usize) -> f64 {
         let value = self.entries[(i, j)] * self.columns[j].unit.factor / self.rows[i].unit.factor;
@@ -107,7 +107,7 @@ impl Matrix<'_> {
             );
             return;
         }
-        let labels: Vec<String> = self.rows.iter().map(Quantity::label).collect();
+        let labels: Vec<String> = self.rows.iter().map(PointQuantity::label).collect();
         let stub = labels.iter().map(|label| label.chars().count()).max().unwrap_or(0);
         let columns: Vec<Vec<String>> = (0..n)
             .map(|j| {
@@ -142,7 +142,7 @@ impl Matrix<'_> {
 
 /// A linear model in declared units.
 #[derive(Debug, Clone)]
-pub struct Linearised {
+pub struct LinearModelReport {
     /// Versions and digests of the inputs.
     pub provenance: Provenance,
     signature: Signature,
@@ -150,22 +150,22 @@ pub struct Linearised {
     at: OperatingPoint,
     system: StateSpace,
     poles: Poles,
-    states: Vec<Quantity>,
-    rates: Vec<Quantity>,
+    states: Vec<PointQuantity>,
+    rates: Vec<PointQuantity>,
     /// Eliminated unknowns with their rows, without the shares of sliding modes, which `modes` reports.
-    eliminated: Vec<(Quantity, usize)>,
-    channels: Vec<Quantity>,
-    late: Vec<Quantity>,
+    eliminated: Vec<(PointQuantity, usize)>,
+    channels: Vec<PointQuantity>,
+    late: Vec<PointQuantity>,
     /// Delayed terms, at their current values.
-    sources: Vec<Quantity>,
-    outputs: Vec<Quantity>,
+    sources: Vec<PointQuantity>,
+    outputs: Vec<PointQuantity>,
     /// Quantities held constant in the search for the steady state.
-    conserved: Vec<Held>,
+    conserved: Vec<ConservedQuantity>,
 }
 
-impl Linearised {
+impl LinearModelReport {
     /// The same model, at a steady state found with these quantities held.
-    pub(super) fn holding(self, conserved: Vec<Held>) -> Self {
+    pub(super) fn holding(self, conserved: Vec<ConservedQuantity>) -> Self {
         Self { conserved, ..self }
     }
 
@@ -177,12 +177,12 @@ impl Linearised {
         poles: Poles,
         provenance: Provenance,
     ) -> Self {
-        let unknown = |i: &usize| Quantity {
+        let unknown = |i: &usize| PointQuantity {
             name: signature.unknowns.name(*i).into_owned(),
             unit: signature.unknowns.unit(*i).clone(),
             value: at.y[*i],
         };
-        let states: Vec<Quantity> = system.states.iter().map(unknown).collect();
+        let states: Vec<PointQuantity> = system.states.iter().map(unknown).collect();
         let rates =
             states.iter().zip(&system.rates).map(|(state, rate)| state.rate(*rate)).collect();
         let eliminated = system.eliminated.iter().map(|row| (unknown(row), *row));
@@ -194,7 +194,7 @@ impl Linearised {
         };
         let channel = |(channel, value): (&LinearInput, &f64)| {
             let unit = signature.inputs[channel.input()].unit.clone();
-            let delayed = |tau| Quantity {
+            let delayed = |tau| PointQuantity {
                 name: late_input(channel.input(), tau),
                 unit: unit.clone(),
                 value: *value,
@@ -204,17 +204,17 @@ impl Linearised {
                 LinearInput::Delayed { tau, .. } => delayed(tau),
                 LinearInput::Slope { tau, .. } => {
                     let delayed = delayed(tau);
-                    Quantity { name: format!("der({})", delayed.name), ..delayed.rate(*value) }
+                    PointQuantity { name: format!("der({})", delayed.name), ..delayed.rate(*value) }
                 }
             }
         };
         let channels = system.channels.iter().zip(&system.u).map(channel).collect();
         let late = |(late, value): (&LinearDelay, &f64)| {
             let source = unknown(&late.unknown);
-            Quantity { name: late_name(&source.name, late.tau), value: *value, ..source }
+            PointQuantity { name: late_name(&source.name, late.tau), value: *value, ..source }
         };
         let late = system.delayed_unknowns.iter().zip(&system.v).map(late).collect();
-        let output = |(output, value): (&Output, &f64)| Quantity {
+        let output = |(output, value): (&Output, &f64)| PointQuantity {
             name: output.name.to_string(),
             unit: output.unit.clone(),
             value: *value,
@@ -239,7 +239,7 @@ impl Linearised {
     }
 }
 
-impl Serialize for Linearised {
+impl Serialize for LinearModelReport {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
         self.to_json().serialize(serializer)
     }
@@ -272,7 +272,7 @@ fn late_name(name: &str, tau: f64) -> String {
     format!("{name}(t - {tau} s)")
 }
 
-impl Linearised {
+impl LinearModelReport {
     /// Its poles in the complex plane, named by their time constants.
     pub fn figure(&self) -> Figure {
         figure::poles(&self.signature.name, &self.poles.poles, self.conserved.len())
@@ -294,7 +294,7 @@ impl Linearised {
     }
 
     /// The nonempty matrices.
-    fn matrices(&self) -> [Matrix<'_>; 9] {
+    fn matrices(&self) -> [LabelledMatrix<'_>; 9] {
         let StateSpace {
             a, b, c, d, delayed_a, delayed_c, delayed_x, delayed_u, delayed_v, ..
         } = &self.system;
@@ -303,8 +303,8 @@ impl Linearised {
         let of_states = self.system.delayed_unknowns.iter();
         let all_states =
             of_states.map(|late| late.unknown).all(|i| self.system.states.contains(&i));
-        let sources: &[Quantity] = if all_states { &[] } else { sources };
-        let matrices: [(_, _, &[Quantity], &[Quantity], _); 9] = [
+        let sources: &[PointQuantity] = if all_states { &[] } else { sources };
+        let matrices: [(_, _, &[PointQuantity], &[PointQuantity], _); 9] = [
             ("A", "slopes of the states by the states", rates, states, a),
             ("B", "slopes of the states by the inputs", rates, channels, b),
             ("C", "outputs by the states", outputs, states, c),
@@ -315,8 +315,13 @@ impl Linearised {
             ("F", "what will act late by the inputs", sources, channels, delayed_u),
             ("G", "what will act late by what does", sources, late, delayed_v),
         ];
-        let matrix =
-            |(name, about, rows, columns, entries)| Matrix { name, about, rows, columns, entries };
+        let matrix = |(name, about, rows, columns, entries)| LabelledMatrix {
+            name,
+            about,
+            rows,
+            columns,
+            entries,
+        };
         matrices.map(matrix)
     }
 
@@ -326,7 +331,7 @@ impl Linearised {
     }
 
     /// Delayed outputs, and their delays.
-    fn late_outputs(&self) -> impl Iterator<Item = (&Quantity, f64)> {
+    fn late_outputs(&self) -> impl Iterator<Item = (&PointQuantity, f64)> {
         let outputs = self.outputs.iter().zip(self.system.output_delays.iter().copied());
         outputs.filter(|(_, tau)| *tau != 0.0)
     }
@@ -352,7 +357,7 @@ impl Linearised {
     }
 
     fn push_point(&self, text: &mut String) {
-        let cells = |quantity: &Quantity| {
+        let cells = |quantity: &PointQuantity| {
             [
                 quantity.name.clone(),
                 exact(quantity.value(), DIGITS),
@@ -427,9 +432,9 @@ impl Linearised {
             let time = if is_zero { "-".to_owned() } else { seconds(pole.time_constant().abs()) };
             let or_none = |value: Option<String>| value.unwrap_or_default();
             let remark = match (is_zero, pole.re > 0.0) {
-                (true, _) if pole.im == 0.0 => {
-                    conserved.next().map_or_else(|| "integrates".to_owned(), Held::pole)
-                }
+                (true, _) if pole.im == 0.0 => conserved
+                    .next()
+                    .map_or_else(|| "integrates".to_owned(), ConservedQuantity::pole),
                 (true, _) => "oscillates for ever".to_owned(),
                 (false, true) => "grows".to_owned(),
                 (false, false) => String::new(),
@@ -473,7 +478,7 @@ impl Linearised {
     }
 
     /// The result, for programs.
-    pub fn result(&self) -> LinearResult {
+    pub fn result(&self) -> LinearizeDocument {
         let states = self.states.iter().zip(&self.rates);
         let eliminated = self.eliminated.iter().map(|(own, row)| EliminatedEntry {
             quantity: own.entry(),
@@ -509,7 +514,7 @@ impl Linearised {
         });
         let [a, b, c, d, a1, c1, e, f, g] = self.matrices().map(|matrix| matrix.rows_in_units());
         let is_conserving = !self.conserved.is_empty();
-        LinearResult {
+        LinearizeDocument {
             model: self.signature.name.to_string(),
             t: self.at.t,
             steady: self.place.is_rest(),
@@ -538,7 +543,8 @@ impl Linearised {
             poles: poles.collect(),
             all_poles: self.poles.complete,
             stable: fades(self.poles.stability()),
-            conserved: is_conserving.then(|| self.conserved.iter().map(Held::entry).collect()),
+            conserved: is_conserving
+                .then(|| self.conserved.iter().map(ConservedQuantity::entry).collect()),
             otherwise: is_conserving.then(|| StabilityOtherwise {
                 stable_otherwise: fades(self.stability_otherwise()),
             }),

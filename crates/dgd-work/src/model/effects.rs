@@ -30,13 +30,13 @@ const ENDING: &str = "dgd";
 
 /// A requested effect, with its arguments.
 #[derive(Debug)]
-pub(crate) struct Asked {
+pub(crate) struct RequestedEffect {
     effect: Effect,
     arguments: Vec<Name>,
     span: Span,
 }
 
-impl Asked {
+impl RequestedEffect {
     pub(crate) fn application(&self) -> EffectApplication<'_> {
         EffectApplication {
             effect: &self.effect,
@@ -51,7 +51,7 @@ pub(crate) fn asked(
     model: &Path,
     argument: SourceId,
     compilation: &mut Compilation<'_>,
-) -> Result<Result<Asked, ErrorReported>, WorkError> {
+) -> Result<Result<RequestedEffect, ErrorReported>, WorkError> {
     let text = compilation.sources.get(argument).text.clone();
     let (file, arguments) = words(&text, argument)?;
     let path = path_of(compilation.files, model, file)?;
@@ -61,7 +61,7 @@ pub(crate) fn asked(
     };
     let end = u32::try_from(text.len()).unwrap_or(u32::MAX);
     let span = Span { source: argument, start: 0, end };
-    Ok(Effect::read(ast, &mut compilation.diagnostics).map(|effect| Asked {
+    Ok(Effect::read(ast, &mut compilation.diagnostics).map(|effect| RequestedEffect {
         effect,
         arguments,
         span,
@@ -106,7 +106,7 @@ pub fn load_folder(
 /// An effect that may be applied to a model.
 #[derive(Debug, Clone, PartialEq, Eq)]
 #[non_exhaustive]
-pub struct Applicable {
+pub struct ApplicableEffect {
     /// Its argument for `--apply`: `NAME`, or `NAME/FORM` if there are several forms.
     pub name: String,
     /// Its documentation.
@@ -114,7 +114,7 @@ pub struct Applicable {
 }
 
 /// The effects beside a model that are for it and need no arguments, by name. Unreadable files are skipped.
-pub fn applicable(files: &dyn FileSystem, path: &Path, model: &str) -> Vec<Applicable> {
+pub fn applicable(files: &dyn FileSystem, path: &Path, model: &str) -> Vec<ApplicableEffect> {
     let one = |(name, file): (String, PathBuf)| {
         let (mut sources, mut diagnostics) = (SourceMap::default(), Diagnostics::default());
         let text = read_import(files, &file).ok()?;
@@ -122,7 +122,7 @@ pub fn applicable(files: &dyn FileSystem, path: &Path, model: &str) -> Vec<Appli
         let header = parse(id, &sources, &mut diagnostics).ok()?.effect?;
         match header.target {
             EffectTarget::Model(target) if target.text == model => {
-                Some(Applicable { name, doc: header.doc.join(" ").trim().to_owned() })
+                Some(ApplicableEffect { name, doc: header.doc.join(" ").trim().to_owned() })
             }
             EffectTarget::Model(_) | EffectTarget::Template(_) => None,
         }

@@ -20,8 +20,8 @@ use dgd_data::open::{read_import, read_text};
 use crate::error::WorkError;
 use crate::model::effects::asked;
 use crate::output::provenance;
-use crate::request::{Choices, Sought};
-use crate::session::Session;
+use crate::request::{FreeParameters, ModelChoices};
+use crate::session::TaskContext;
 
 /// A compiled model and its source texts.
 #[non_exhaustive]
@@ -33,7 +33,7 @@ pub struct LoadedModel {
     /// Digest of the source texts.
     pub digest: String,
     /// The syntax trees after effects were applied; `None` without effects.
-    pub changed: Option<Changed>,
+    pub changed: Option<ChangedTrees>,
 }
 
 impl LoadedModel {
@@ -41,7 +41,7 @@ impl LoadedModel {
     pub(crate) fn new(
         compiled: CompiledStages,
         sources: SourceMap,
-        changed: Option<Changed>,
+        changed: Option<ChangedTrees>,
     ) -> Self {
         LoadedModel { digest: provenance::of_model(&sources), compiled, sources, changed }
     }
@@ -49,14 +49,14 @@ impl LoadedModel {
 
 /// Trees to which effects were applied.
 #[non_exhaustive]
-pub struct Changed {
+pub struct ChangedTrees {
     /// The original trees: the model, then its libraries.
     pub before: Vec<Ast>,
     /// The trees with the effects applied.
     pub applied: ModelWithEffects,
 }
 
-impl Changed {
+impl ChangedTrees {
     /// The changed model as text; `sources` are its sources.
     pub fn text(&self, sources: &SourceMap) -> String {
         let ModelWithEffects { asts, brought } = &self.applied;
@@ -72,7 +72,7 @@ pub(crate) struct Compilation<'a> {
 }
 
 /// The syntax trees of a model and its libraries, and the changes by effects.
-type Read = (Vec<Ast>, Option<Changed>);
+type ReadTrees = (Vec<Ast>, Option<ChangedTrees>);
 
 impl<'a> Compilation<'a> {
     /// A compilation that reads these files.
@@ -98,7 +98,7 @@ impl<'a> Compilation<'a> {
     }
 
     /// The names of `--free` and `--fix`.
-    pub(crate) fn sought(&mut self, sought: &Sought) -> (Vec<Name>, Vec<Name>) {
+    pub(crate) fn sought(&mut self, sought: &FreeParameters) -> (Vec<Name>, Vec<Name>) {
         let mut names = |flag: &str, names: &[String]| -> Vec<Name> {
             names.iter().map(|name| self.name(flag, name.trim())).collect()
         };
@@ -106,7 +106,7 @@ impl<'a> Compilation<'a> {
     }
 
     /// Variants and settings of the command line.
-    pub(crate) fn options(&mut self, choices: &Choices) -> Result<ModelOptions, WorkError> {
+    pub(crate) fn options(&mut self, choices: &ModelChoices) -> Result<ModelOptions, WorkError> {
         let mut options = ModelOptions::default();
         for choice in &choices.variant {
             let Some((variant, chosen)) = choice.split_once('=') else {
@@ -151,7 +151,7 @@ impl<'a> Compilation<'a> {
         &mut self,
         path: &Path,
         apply: &[String],
-    ) -> Result<Result<Read, ErrorReported>, WorkError> {
+    ) -> Result<Result<ReadTrees, ErrorReported>, WorkError> {
         let sound_before = self.diagnostics.check();
         let files = self.files;
         let main = SourceText { name: path.display().to_string(), text: read_model(files, path)? };
@@ -173,7 +173,8 @@ impl<'a> Compilation<'a> {
             wanted.iter().map(|one| one.application()).collect();
         let applied =
             apply_effects(&asts, &applications, EffectBlending::Applied, &mut self.diagnostics);
-        Ok(applied.map(|applied| (applied.asts.clone(), Some(Changed { before: asts, applied }))))
+        Ok(applied
+            .map(|applied| (applied.asts.clone(), Some(ChangedTrees { before: asts, applied }))))
     }
 
     /// Compiles a model file whose text with effects is a source of its own, so that spans in the compiled model refer
@@ -219,7 +220,7 @@ impl<'a> Compilation<'a> {
         apply: &[String],
         options: &ModelOptions,
         directions: &SensitivityDirections,
-    ) -> Result<Result<(CompiledStages, Option<Changed>), ErrorReported>, WorkError> {
+    ) -> Result<Result<(CompiledStages, Option<ChangedTrees>), ErrorReported>, WorkError> {
         let (asts, changed) = match self.read(path, apply)? {
             Ok(read) => read,
             Err(reported) => return Ok(Err(reported)),
@@ -236,9 +237,9 @@ impl<'a> Compilation<'a> {
 /// [`WorkError`]: it cannot be read, or has mistakes.
 pub fn load(
     path: &Path,
-    choices: &Choices,
+    choices: &ModelChoices,
     directions: &SensitivityDirections,
-    session: Session<'_>,
+    session: TaskContext<'_>,
 ) -> Result<LoadedModel, WorkError> {
     let mut compilation = Compilation::new(session.files);
     let options = compilation.options(choices)?;

@@ -9,7 +9,7 @@ use dgd_data::{DataTable, FileSystem, ReadOptions, Sha256Digest, select};
 
 /// One set, SI.
 #[derive(Debug, Clone, PartialEq)]
-pub(crate) struct Set {
+pub(crate) struct ParameterSet {
     /// All parameters; those of the model if the table has none.
     pub p: Vec<f64>,
     /// Initial values that replace the model's, by index of the unknown.
@@ -18,8 +18,8 @@ pub(crate) struct Set {
 
 /// The sets of a table.
 #[derive(Debug, Clone, PartialEq)]
-pub(crate) struct Sets {
-    pub(crate) all: Vec<Set>,
+pub(crate) struct ParameterSets {
+    pub(crate) all: Vec<ParameterSet>,
     /// Digest of the file.
     pub(crate) digest: Option<Sha256Digest>,
 }
@@ -31,7 +31,7 @@ pub(crate) fn read(
     dae: &Dae,
     sources: &mut SourceMap,
     diagnostics: &mut Diagnostics,
-) -> Result<Sets, ErrorReported> {
+) -> Result<ParameterSets, ErrorReported> {
     let table = ReadOptions::default().read(files, path, sources, diagnostics)?;
     let parameters = dae.parameters.iter().map(|parameter| select::DeclaredColumn {
         name: &parameter.declared.name,
@@ -52,7 +52,7 @@ pub(crate) fn read(
     let value = |column: &Option<Vec<f64>>, row: usize| {
         column.as_ref().map(|values| values[row]).filter(|value| !value.is_nan())
     };
-    let set = |row: usize| Set {
+    let set = |row: usize| ParameterSet {
         p: (dae.parameters.iter().zip(of_parameters))
             .map(|(parameter, column)| value(column, row).unwrap_or(parameter.value))
             .collect(),
@@ -60,7 +60,7 @@ pub(crate) fn read(
             .filter_map(|(i, column)| Some((i, value(column, row)?)))
             .collect(),
     };
-    Ok(Sets { all: (0..table.len()).map(set).collect(), digest: table.digest })
+    Ok(ParameterSets { all: (0..table.len()).map(set).collect(), digest: table.digest })
 }
 
 /// Reports columns that are neither a parameter nor a state.

@@ -24,7 +24,7 @@ pub struct Agreement {
 
 impl Agreement {
     /// From pairs of measured and simulated values; pairs that are not finite are skipped. `None` without any.
-    pub(crate) fn of(pairs: impl Iterator<Item = (f64, f64)>) -> Option<Agreement> {
+    pub(crate) fn measure(pairs: impl Iterator<Item = (f64, f64)>) -> Option<Agreement> {
         let pairs: Vec<(f64, f64)> = pairs.filter(|(y, w)| (y - w).is_finite()).collect();
         if pairs.is_empty() {
             return None;
@@ -49,7 +49,7 @@ mod tests {
     #[test]
     fn the_mean_fits_to_nothing_and_itself_to_a_hundred_percent() {
         let y = [1.0, 2.0, 3.0, 6.0, f64::NAN];
-        let agreement = |w: [f64; 5]| Agreement::of(y.into_iter().zip(w)).expect("samples");
+        let agreement = |w: [f64; 5]| Agreement::measure(y.into_iter().zip(w)).expect("samples");
         let by_mean = agreement([3.0; 5]);
         assert_eq!((by_mean.samples, by_mean.bias), (4, 0.0));
         assert_eq!(by_mean.fit_percent, Some(0.0));
@@ -57,9 +57,9 @@ mod tests {
         assert_eq!(by_mean.rms, 3.5_f64.sqrt());
         assert_eq!(agreement(y).fit_percent, Some(100.0));
         assert_eq!(agreement([0.0, 1.0, 2.0, 5.0, 0.0]).bias, 1.0);
-        assert_eq!(Agreement::of([(f64::NAN, 1.0)].into_iter()), None);
+        assert_eq!(Agreement::measure([(f64::NAN, 1.0)].into_iter()), None);
         assert_eq!(
-            Agreement::of([(2.0, 1.0), (2.0, 1.0)].into_iter()).and_then(|a| a.fit_percent),
+            Agreement::measure([(2.0, 1.0), (2.0, 1.0)].into_iter()).and_then(|a| a.fit_percent),
             None
         );
     }

@@ -17,14 +17,14 @@ pub struct NamedColumn {
     /// The display unit.
     pub unit: Unit,
     /// Its role.
-    pub kind: Kind,
+    pub kind: ColumnKind,
     /// Values, SI.
     pub values: Vec<f64>,
 }
 
 /// The role of a column.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Kind {
+pub enum ColumnKind {
     /// An input.
     Input,
     /// A state or another unknown.
@@ -37,7 +37,7 @@ pub enum Kind {
 
 impl NamedColumn {
     /// A column of SI values.
-    pub fn new(name: &str, unit: &Unit, kind: Kind, values: Vec<f64>) -> Self {
+    pub fn new(name: &str, unit: &Unit, kind: ColumnKind, values: Vec<f64>) -> Self {
         NamedColumn { name: name.to_owned(), unit: unit.clone(), kind, values }
     }
 

@@ -19,7 +19,7 @@ const SAME: f64 = 1e-6;
 
 /// A combination of states that the equations conserve, in declared units.
 #[derive(Debug, Clone)]
-pub(crate) struct Held {
+pub(crate) struct ConservedQuantity {
     named_by: String,
     unit: Unit,
     value: f64,
@@ -37,15 +37,17 @@ pub(crate) fn described(
     signature: &Signature,
     system: &StateSpace,
     conserved: &[ConservedCombination],
-) -> Vec<Held> {
-    let with_output =
-        |own| Held { output: output(signature, system, own), ..Held::new(signature, own) };
+) -> Vec<ConservedQuantity> {
+    let with_output = |own| ConservedQuantity {
+        output: output(signature, system, own),
+        ..ConservedQuantity::new(signature, own)
+    };
     conserved.iter().map(with_output).collect()
 }
 
 /// A combination and its value, in declared units.
 pub(crate) fn combination(signature: &Signature, own: &ConservedCombination) -> (String, String) {
-    let combination = Held::new(signature, own);
+    let combination = ConservedQuantity::new(signature, own);
     let value = significant(combination.value, DIGITS);
     let value = if combination.unit.symbol == "1" {
         value
@@ -55,7 +57,7 @@ pub(crate) fn combination(signature: &Signature, own: &ConservedCombination) -> 
     (combination.formula(), value)
 }
 
-impl Held {
+impl ConservedQuantity {
     fn new(signature: &Signature, own: &ConservedCombination) -> Self {
         let unit = of_differences(signature.unknowns.unit(own.named_by));
         let term = |(state, c): &(usize, f64)| {
@@ -68,7 +70,7 @@ impl Held {
         // The state that names the combination comes first.
         let mut terms: Vec<&(usize, f64)> = own.terms.iter().collect();
         terms.sort_by_key(|(state, _)| *state != own.named_by);
-        Held {
+        ConservedQuantity {
             named_by: signature.unknowns.name(own.named_by).into_owned(),
             value: own.value / unit.factor,
             at_start: own.at_start / unit.factor,

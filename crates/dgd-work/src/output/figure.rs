@@ -4,16 +4,16 @@ use dgd_plot::{Envelope, Figure, MathText, Panel, PlotSeries, SeriesMeaning, Ser
 
 /// Content of one panel.
 #[derive(Debug, Clone)]
-pub(crate) struct Subject {
+pub(crate) struct PanelSubject {
     pub title: MathText,
     /// Unit of its axis.
     pub unit: String,
-    pub lines: Vec<Line>,
+    pub lines: Vec<PanelLine>,
 }
 
 /// One line of a panel, in the panel's unit.
 #[derive(Debug, Clone)]
-pub(crate) struct Line {
+pub(crate) struct PanelLine {
     pub name: MathText,
     pub times: Vec<f64>,
     pub values: Vec<f64>,
@@ -22,7 +22,7 @@ pub(crate) struct Line {
 }
 
 /// A figure with one panel for each subject over a common time axis.
-pub(crate) fn panels(subjects: &[Subject]) -> Figure {
+pub(crate) fn panels(subjects: &[PanelSubject]) -> Figure {
     let panels = subjects
         .iter()
         .map(|subject| Panel {
@@ -77,7 +77,11 @@ pub(crate) fn differences(
 }
 
 /// Panels of computed and recorded values, with their differences at the side.
-pub(crate) fn beside(subjects: &[Subject], differences: Vec<Panel>, x_label: MathText) -> Figure {
+pub(crate) fn beside(
+    subjects: &[PanelSubject],
+    differences: Vec<Panel>,
+    x_label: MathText,
+) -> Figure {
     let panels = panels(subjects).panels.into_iter().zip(differences);
     let panels: Vec<Panel> = panels.flat_map(|(signals, rest)| [signals, rest]).collect();
     Figure { columns: 2, ..Figure::new(x_label, panels) }

@@ -12,4 +12,4 @@ pub(crate) mod table;
 
 pub use json::json_text;
 
-pub(crate) use columns::{Kind, NamedColumn, TimeTable};
+pub(crate) use columns::{ColumnKind, NamedColumn, TimeTable};

@@ -7,7 +7,7 @@ use dgd_data::Sha256Digest;
 use serde::{Deserialize, Serialize};
 use serde_json::{Value, json};
 
-use crate::session::Session;
+use crate::session::TaskContext;
 
 /// Version of the schema of results, `docs/results.schema.json`.
 ///
@@ -54,7 +54,11 @@ impl DataFile {
 }
 
 impl Provenance {
-    pub(crate) fn new(session: Session<'_>, model: Option<String>, data: Vec<DataFile>) -> Self {
+    pub(crate) fn new(
+        session: TaskContext<'_>,
+        model: Option<String>,
+        data: Vec<DataFile>,
+    ) -> Self {
         Provenance {
             schema: SCHEMA_VERSION,
             version: env!("CARGO_PKG_VERSION").to_owned(),

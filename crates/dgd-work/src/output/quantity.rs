@@ -27,22 +27,22 @@ pub(crate) fn of_differences(unit: &Unit) -> Unit {
 /// A value and its standard deviation, `275.0 ± 1.2` or `(1.752 ± 0.031)·10⁸`; if the model lacks something, also the
 /// possible bias: `275.0 ± 1.2, model ± 4.1`.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Quantity {
+pub(crate) struct UncertainValue {
     value: f64,
     std: Option<f64>,
     std_model: Option<f64>,
 }
 
-impl Quantity {
+impl UncertainValue {
     /// A value and its standard deviation.
-    pub(crate) fn new(value: f64, std: f64) -> Quantity {
-        Quantity { value, std: Some(std), std_model: None }
+    pub(crate) fn new(value: f64, std: f64) -> UncertainValue {
+        UncertainValue { value, std: Some(std), std_model: None }
     }
 
     /// A value, with its standard deviation if that is a positive number.
-    pub(crate) fn with(value: f64, std: f64) -> Quantity {
+    pub(crate) fn with(value: f64, std: f64) -> UncertainValue {
         let std = Some(std).filter(|std| std.is_finite() && *std > 0.0);
-        Quantity { value, std, std_model: None }
+        UncertainValue { value, std, std_model: None }
     }
 
     /// The value alone.
@@ -51,24 +51,24 @@ impl Quantity {
     }
 
     /// A parameter in its declared unit.
-    pub(crate) fn of(parameter: &ParameterValue) -> Quantity {
+    pub(crate) fn from_parameter(parameter: &ParameterValue) -> UncertainValue {
         let unit = &parameter.unit;
         let value = unit.from_si(parameter.value);
         let shown = |std: Option<f64>| {
             std.map(|std| std / unit.factor).filter(|std| std.is_finite() && *std > 0.0)
         };
-        Quantity { value, std: shown(parameter.std), std_model: shown(parameter.std_model) }
+        UncertainValue { value, std: shown(parameter.std), std_model: shown(parameter.std_model) }
     }
 }
 
 /// A value and its standard deviation as in tables: `275.0 ± 1.2` or `(1.752 ± 0.031)·10⁸`.
 pub fn shown(value: f64, std: Option<f64>) -> String {
-    Quantity::with(value, std.unwrap_or(f64::NAN)).to_string()
+    UncertainValue::with(value, std.unwrap_or(f64::NAN)).to_string()
 }
 
 /// A value with the digits that a standard deviation warrants, without the deviation.
 pub fn shown_like(value: f64, std: f64) -> String {
-    let text = Quantity::with(value, std).to_string();
+    let text = UncertainValue::with(value, std).to_string();
     let power = text.split_once(')').map_or("", |(_, power)| power);
     match text.split_once(" ± ") {
         Some((value, _)) => format!("{}{power}", value.trim_start_matches('(')),
@@ -76,9 +76,9 @@ pub fn shown_like(value: f64, std: f64) -> String {
     }
 }
 
-impl fmt::Display for Quantity {
+impl fmt::Display for UncertainValue {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Quantity { value, std, std_model } = *self;
+        let UncertainValue { value, std, std_model } = *self;
         if !value.is_finite() {
             return f.write_str("–");
         }
@@ -180,13 +180,17 @@ mod tests {
             (0.0, None, "0.000"),
             (f64::NAN, None, "–"),
         ] {
-            assert_eq!(Quantity { value, std, std_model: None }.to_string(), shown, "{value}");
+            assert_eq!(
+                UncertainValue { value, std, std_model: None }.to_string(),
+                shown,
+                "{value}"
+            );
         }
         for (value, std, std_model, shown) in [
             (1.047_18, 1.7e-4, 0.005_04, "1.04718 ± 0.00017, model ± 0.0050"),
             (2.1352e9, 3.2e6, 8.6e7, "(2.1352 ± 0.0032, model ± 0.086)·10⁹"),
         ] {
-            let quantity = Quantity { value, std: Some(std), std_model: Some(std_model) };
+            let quantity = UncertainValue { value, std: Some(std), std_model: Some(std_model) };
             assert_eq!(quantity.to_string(), shown);
         }
     }

@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use super::{Keep, Solve, Sought};
+use super::{FreeParameters, JournalChoice, SolverOptions};
 
 /// Models, variants, effects and results to be compared.
 #[derive(Debug, Clone, PartialEq)]
@@ -15,17 +15,17 @@ pub struct CompareRequest {
     /// Recordings for validation, not used in the fits.
     pub valid: Vec<PathBuf>,
     /// Parameters and initial values to estimate.
-    pub sought: Sought,
+    pub sought: FreeParameters,
     /// Constants, parameters and initial values for those contenders that have them, each as `NAME=VALUE`.
     pub set: Vec<String>,
     /// Location of the journal.
-    pub keep: Keep,
+    pub keep: JournalChoice,
     /// Whether the first contender is a special case of each other one.
     pub nested: bool,
     /// Most simulations in a search; 200 by default.
     pub evaluations: Option<usize>,
     /// Simulation settings.
-    pub solve: Solve,
+    pub solve: SolverOptions,
     /// The command line or program line that reproduces the result, for the page.
     pub command: String,
 }
@@ -37,12 +37,12 @@ impl CompareRequest {
             contenders,
             data,
             valid: Vec::new(),
-            sought: Sought::default(),
+            sought: FreeParameters::default(),
             set: Vec::new(),
-            keep: Keep::default(),
+            keep: JournalChoice::default(),
             nested: false,
             evaluations: None,
-            solve: Solve::default(),
+            solve: SolverOptions::default(),
             command: String::new(),
         }
     }

@@ -2,22 +2,22 @@
 
 use std::path::PathBuf;
 
-use super::{Choices, Solve, Sought};
+use super::{FreeParameters, ModelChoices, SolverOptions};
 
 /// Location of the journal, from which an interrupted run can be resumed until its result is written.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 #[non_exhaustive]
-pub struct Keep {
+pub struct JournalChoice {
     /// The folder of results, next to which the journal is kept; without one there is no journal.
     pub out: Option<PathBuf>,
     /// Whether to resume from the journal of an earlier run with the same request.
     pub resume: bool,
 }
 
-impl Keep {
+impl JournalChoice {
     /// A journal beside this folder of results.
     pub fn new(out: Option<PathBuf>, resume: bool) -> Self {
-        Keep { out, resume }
+        JournalChoice { out, resume }
     }
 }
 
@@ -28,7 +28,7 @@ pub struct DiscoverRequest {
     /// The model file.
     pub model: PathBuf,
     /// Variants, settings and effects of the model.
-    pub choices: Choices,
+    pub choices: ModelChoices,
     /// Training recordings.
     pub data: Vec<PathBuf>,
     /// Recordings for validation, not used in fits.
@@ -36,13 +36,13 @@ pub struct DiscoverRequest {
     /// Folders of effects, in addition to `effects` beside the model.
     pub effects: Vec<PathBuf>,
     /// Parameters and initial values to estimate.
-    pub sought: Sought,
+    pub sought: FreeParameters,
     /// Time limit of the search, s; unlimited by default.
     pub budget: Option<f64>,
     /// Location of the journal.
-    pub keep: Keep,
+    pub keep: JournalChoice,
     /// Simulation settings.
-    pub solve: Solve,
+    pub solve: SolverOptions,
     /// The command line or program line that reproduces the result, for the report.
     pub command: String,
 }
@@ -52,14 +52,14 @@ impl DiscoverRequest {
     pub fn new(model: impl Into<PathBuf>, data: Vec<PathBuf>) -> Self {
         DiscoverRequest {
             model: model.into(),
-            choices: Choices::default(),
+            choices: ModelChoices::default(),
             data,
             valid: Vec::new(),
             effects: Vec::new(),
-            sought: Sought::default(),
+            sought: FreeParameters::default(),
             budget: None,
-            keep: Keep::default(),
-            solve: Solve::default(),
+            keep: JournalChoice::default(),
+            solve: SolverOptions::default(),
             command: String::new(),
         }
     }
@@ -89,13 +89,13 @@ pub struct TrackRequest {
     /// The model file.
     pub model: PathBuf,
     /// Variants, settings and effects of the model.
-    pub choices: Choices,
+    pub choices: ModelChoices,
     /// The recording.
     pub data: PathBuf,
     /// Estimator.
-    pub estimator: Tracker,
+    pub estimator: TrackerKind,
     /// Parameters and initial values to estimate.
-    pub sought: Sought,
+    pub sought: FreeParameters,
     /// Outputs to use; all measured ones by default.
     pub outputs: Vec<String>,
     /// Process noise: standard deviations of random walks after one minute, each as `NAME=VALUE`.
@@ -104,14 +104,14 @@ pub struct TrackRequest {
     pub start_std: Vec<String>,
     /// Measurement noise: standard deviations of outputs, each as `NAME=VALUE`.
     pub noise: Vec<String>,
-    /// Forgetting factor per row, for [`Tracker::Recursive`]; 0.999 by default.
+    /// Forgetting factor per row, for [`TrackerKind::Recursive`]; 0.999 by default.
     pub forgetting: Option<f64>,
     /// Whether an unreadable row is an error.
     pub strict: bool,
     /// Samples further from their prediction than this many standard deviations are ignored.
     pub gate: Option<f64>,
     /// Simulation settings.
-    pub solve: Solve,
+    pub solve: SolverOptions,
     /// Whether the result keeps the rows, for figures and programs.
     pub keeps_rows: bool,
 }
@@ -121,10 +121,10 @@ impl TrackRequest {
     pub fn new(model: impl Into<PathBuf>, data: impl Into<PathBuf>) -> Self {
         TrackRequest {
             model: model.into(),
-            choices: Choices::default(),
+            choices: ModelChoices::default(),
             data: data.into(),
-            estimator: Tracker::Ekf,
-            sought: Sought::default(),
+            estimator: TrackerKind::Ekf,
+            sought: FreeParameters::default(),
             outputs: Vec::new(),
             process_noise: Vec::new(),
             start_std: Vec::new(),
@@ -132,7 +132,7 @@ impl TrackRequest {
             forgetting: None,
             strict: false,
             gate: None,
-            solve: Solve::default(),
+            solve: SolverOptions::default(),
             keeps_rows: false,
         }
     }
@@ -140,7 +140,7 @@ impl TrackRequest {
 
 /// Algorithm of the tracking filter.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Tracker {
+pub enum TrackerKind {
     /// Extended Kalman filter: states and parameters, from derivatives.
     Ekf,
     /// Unscented Kalman filter: states and parameters, from sigma points.

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use dgd_identify::{DrawnFrom, Loss};
 
-use super::{Choices, Keep, LinearizeAt, Solve, Sought};
+use super::{FreeParameters, JournalChoice, LinearizeAt, ModelChoices, SolverOptions};
 use crate::error::WorkError;
 
 /// A fit.
@@ -14,19 +14,19 @@ pub struct FitRequest {
     /// The model file.
     pub model: PathBuf,
     /// Variants, settings and effects of the model.
-    pub choices: Choices,
+    pub choices: ModelChoices,
     /// Training recordings.
     pub data: Vec<PathBuf>,
     /// Recordings for validation, not used in the fit.
     pub valid: Vec<PathBuf>,
     /// Parameters and initial values to estimate.
-    pub sought: Sought,
+    pub sought: FreeParameters,
     /// Outputs to fit; all measured ones by default.
     pub outputs: Vec<String>,
     /// Source of the weights of the outputs.
     pub noise: NoiseFrom,
     /// Location of the journal.
-    pub keep: Keep,
+    pub keep: JournalChoice,
     /// Most simulations in a search, or evaluations for estimators that do not simulate. By default 200, 2000 for
     /// regressions, and 5000 for models without states.
     pub evaluations: Option<usize>,
@@ -37,7 +37,7 @@ pub struct FitRequest {
     /// The estimator and its options.
     pub regression: RegressionRequest,
     /// Simulation settings.
-    pub solve: Solve,
+    pub solve: SolverOptions,
     /// Whether to make figures, which takes more computation.
     pub figures: bool,
     /// The command line or program line that reproduces the result, for the page.
@@ -49,18 +49,18 @@ impl FitRequest {
     pub fn new(model: impl Into<PathBuf>, data: Vec<PathBuf>) -> Self {
         FitRequest {
             model: model.into(),
-            choices: Choices::default(),
+            choices: ModelChoices::default(),
             data,
             valid: Vec::new(),
-            sought: Sought::default(),
+            sought: FreeParameters::default(),
             outputs: Vec::new(),
             noise: NoiseFrom::Estimated,
-            keep: Keep::default(),
+            keep: JournalChoice::default(),
             evaluations: None,
             search: SearchRequest::default(),
             intervals: IntervalRequest::default(),
             regression: RegressionRequest::default(),
-            solve: Solve::default(),
+            solve: SolverOptions::default(),
             figures: false,
             command: String::new(),
         }

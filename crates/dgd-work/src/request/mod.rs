@@ -16,7 +16,7 @@ use dgd_runtime::{Inputs, Steps};
 
 pub use compare::CompareRequest;
 pub use dgd_execute::Engine;
-pub use estimate::{AdoptRequest, DiscoverRequest, Keep, TrackRequest, Tracker};
+pub use estimate::{AdoptRequest, DiscoverRequest, JournalChoice, TrackRequest, TrackerKind};
 pub use fit::{
     Estimator, FitRequest, IntervalRequest, NoiseFrom, Normalise, RegressionRequest, SearchRequest,
 };
@@ -28,7 +28,7 @@ pub use single::{
 /// Choices and settings from outside the model file.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 #[non_exhaustive]
-pub struct Choices {
+pub struct ModelChoices {
     /// Variants, each as `NAME=CHOICE`.
     pub variant: Vec<String>,
     /// Constants, parameters and initial values, each as `NAME=VALUE` or `NAME=VALUE [UNIT]`.
@@ -39,19 +39,19 @@ pub struct Choices {
     pub at_rest: bool,
 }
 
-impl Choices {
+impl ModelChoices {
     /// These variants, settings and effects.
     pub fn new(variant: Vec<String>, set: Vec<String>, apply: Vec<String>) -> Self {
-        Choices { variant, set, apply, at_rest: false }
+        ModelChoices { variant, set, apply, at_rest: false }
     }
 }
 
 /// Simulation settings.
 #[derive(Debug, Clone, PartialEq)]
 #[non_exhaustive]
-pub struct Solve {
+pub struct SolverOptions {
     /// Source of the initial values.
-    pub start: Start,
+    pub start: StartChoice,
     /// Other names for columns of the data.
     pub rename: Vec<Rename>,
     /// First time, s since the data's first sample; by default the data's first.
@@ -70,10 +70,10 @@ pub struct Solve {
     pub engine: Engine,
 }
 
-impl Default for Solve {
+impl Default for SolverOptions {
     fn default() -> Self {
-        Solve {
-            start: Start::Model,
+        SolverOptions {
+            start: StartChoice::Model,
             rename: Vec::new(),
             from: None,
             until: None,
@@ -88,7 +88,7 @@ impl Default for Solve {
 
 /// Source of the initial values.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
-pub enum Start {
+pub enum StartChoice {
     /// The model file.
     #[default]
     Model,
@@ -99,7 +99,7 @@ pub enum Start {
 /// Parameters and initial values to estimate.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 #[non_exhaustive]
-pub struct Sought {
+pub struct FreeParameters {
     /// Parameters to estimate, and `fixed` states whose initial values to estimate too; by default all that are not
     /// `fixed`.
     pub free: Vec<String>,
@@ -107,10 +107,10 @@ pub struct Sought {
     pub fix: Vec<String>,
 }
 
-impl Sought {
+impl FreeParameters {
     /// Estimates `free`, but not `fix`.
     pub fn new(free: Vec<String>, fix: Vec<String>) -> Self {
-        Sought { free, fix }
+        FreeParameters { free, fix }
     }
 }
 
@@ -135,7 +135,7 @@ impl LinearizeAt {
     }
 
     /// The point in a run over these times.
-    pub fn of(self, inputs: &Inputs, times: &[f64]) -> Option<LinearAt> {
+    pub fn locate(self, inputs: &Inputs, times: &[f64]) -> Option<LinearAt> {
         let (first, last) = (*times.first()?, *times.last()?);
         Some(match self {
             LinearizeAt::Time(t) => LinearAt::Reached(t),
@@ -157,6 +157,6 @@ impl fmt::Display for LinearizeAt {
 }
 
 /// A model file with default choices.
-pub(crate) fn model(path: impl Into<PathBuf>) -> (PathBuf, Choices) {
-    (path.into(), Choices::default())
+pub(crate) fn model(path: impl Into<PathBuf>) -> (PathBuf, ModelChoices) {
+    (path.into(), ModelChoices::default())
 }

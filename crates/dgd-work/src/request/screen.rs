@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use dgd_data::Rename;
 
-use super::Choices;
+use super::ModelChoices;
 
 /// Recordings to be screened.
 #[derive(Debug, Clone, Default)]
@@ -13,7 +13,7 @@ pub struct ScreenRequest {
     /// A model; the columns are also checked against it.
     pub model: Option<PathBuf>,
     /// Variants, settings and effects of the model.
-    pub choices: Choices,
+    pub choices: ModelChoices,
     /// The recordings.
     pub data: Vec<PathBuf>,
     /// Other names for their columns.

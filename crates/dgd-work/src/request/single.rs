@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use super::{Choices, LinearizeAt, Solve, model};
+use super::{LinearizeAt, ModelChoices, SolverOptions, model};
 
 /// A model, or an effect, to be checked.
 #[derive(Debug, Clone)]
@@ -11,7 +11,7 @@ pub struct CheckRequest {
     /// The model or effect file.
     pub model: PathBuf,
     /// Variants, settings and effects of the model.
-    pub choices: Choices,
+    pub choices: ModelChoices,
 }
 
 impl CheckRequest {
@@ -29,20 +29,20 @@ pub struct RunRequest {
     /// The model file.
     pub model: PathBuf,
     /// Variants, settings and effects of the model.
-    pub choices: Choices,
+    pub choices: ModelChoices,
     /// Inputs, and measured outputs to compare with.
     pub data: Option<PathBuf>,
     /// Time between rows, s; by default the data's rows.
     pub every: Option<f64>,
     /// Simulation settings.
-    pub solve: Solve,
+    pub solve: SolverOptions,
 }
 
 impl RunRequest {
-    /// Runs a model without data, which needs an end: [`Solve::until`].
+    /// Runs a model without data, which needs an end: [`SolverOptions::until`].
     pub fn new(path: impl Into<PathBuf>) -> Self {
         let (model, choices) = model(path);
-        RunRequest { model, choices, data: None, every: None, solve: Solve::default() }
+        RunRequest { model, choices, data: None, every: None, solve: SolverOptions::default() }
     }
 }
 
@@ -112,20 +112,20 @@ pub struct LinearizeRequest {
     /// The model file.
     pub model: PathBuf,
     /// Variants, settings and effects of the model.
-    pub choices: Choices,
+    pub choices: ModelChoices,
     /// Inputs.
     pub data: Option<PathBuf>,
     /// The point.
     pub at: LinearizeAt,
     /// Settings of the run to the point.
-    pub solve: Solve,
+    pub solve: SolverOptions,
 }
 
 impl LinearizeRequest {
     /// Linearises the model at this point.
     pub fn new(path: impl Into<PathBuf>, at: LinearizeAt) -> Self {
         let (model, choices) = model(path);
-        LinearizeRequest { model, choices, data: None, at, solve: Solve::default() }
+        LinearizeRequest { model, choices, data: None, at, solve: SolverOptions::default() }
     }
 }
 

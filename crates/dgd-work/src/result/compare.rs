@@ -11,7 +11,7 @@ use crate::output::provenance::Provenance;
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema), schemars(rename = "compare"))]
 #[non_exhaustive]
-pub struct CompareResult {
+pub struct CompareDocument {
     /// Fitted contenders, in the order of the request.
     pub contenders: Vec<ContenderEntry>,
     /// Contenders that could not be fitted.

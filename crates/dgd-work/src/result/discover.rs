@@ -10,7 +10,7 @@ use crate::output::provenance::Provenance;
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema), schemars(rename = "discover"))]
 #[non_exhaustive]
-pub struct DiscoverResult {
+pub struct DiscoverDocument {
     /// `sufficient`, `plain`, `effects`, `law` or `unexplained`.
     pub verdict: String,
     /// The reason for the verdict.

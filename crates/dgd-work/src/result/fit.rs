@@ -9,7 +9,7 @@ use crate::output::provenance::Provenance;
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema), schemars(rename = "fit"))]
 #[non_exhaustive]
-pub struct FitResult {
+pub struct FitDocument {
     /// Name of the model.
     pub model: String,
     /// The estimator, if it is not `output-error`.
@@ -103,7 +103,7 @@ pub struct FitResult {
     pub provenance: Provenance,
 }
 
-impl FitResult {
+impl FitDocument {
     /// Correlation of two estimated parameters by their positions in `names`.
     pub fn correlation_of(&self, i: usize, j: usize) -> Option<f64> {
         *self.correlation.as_ref()?.get(i)?.get(j)?
@@ -798,7 +798,7 @@ pub(crate) mod tests {
     use super::*;
 
     /// A result of a model without anything, with these keys.
-    pub(crate) fn with(keys: &Value) -> FitResult {
+    pub(crate) fn with(keys: &Value) -> FitDocument {
         let mut all = json!({
             "model": "m", "parameters": {}, "outputs": {}, "counts_from": null, "undetermined": [], "few_samples": {},
             "samples": 9, "iterations": 3, "evaluations": 4, "converged": true, "status": "done", "left_out": [],

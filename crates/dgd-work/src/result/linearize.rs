@@ -8,7 +8,7 @@ use crate::output::provenance::Provenance;
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema), schemars(rename = "linearize"))]
 #[non_exhaustive]
-pub struct LinearResult {
+pub struct LinearizeDocument {
     /// Name of the model.
     pub model: String,
     /// Time of the point, s.
@@ -77,7 +77,7 @@ pub struct LinearResult {
 pub struct LinearStateEntry {
     /// The state and its value.
     #[serde(flatten)]
-    pub quantity: PointQuantity,
+    pub quantity: PointEntry,
     /// Its slope at the point, in its unit per second.
     pub slope: f64,
 }
@@ -85,7 +85,7 @@ pub struct LinearStateEntry {
 /// A quantity and its value at the point.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
-pub struct PointQuantity {
+pub struct PointEntry {
     /// In the model.
     pub name: String,
     /// Symbol of the unit.
@@ -100,7 +100,7 @@ pub struct PointQuantity {
 pub struct LinearInputEntry {
     /// The input and its value.
     #[serde(flatten)]
-    pub quantity: PointQuantity,
+    pub quantity: PointEntry,
     /// Name of the input of the model.
     pub input: String,
     /// Its delay, s.
@@ -115,7 +115,7 @@ pub struct LinearInputEntry {
 pub struct LinearOutputEntry {
     /// The output and its value.
     #[serde(flatten)]
-    pub quantity: PointQuantity,
+    pub quantity: PointEntry,
     /// Its delay, s.
     pub delay: f64,
 }
@@ -126,7 +126,7 @@ pub struct LinearOutputEntry {
 pub struct EliminatedEntry {
     /// The unknown and its value.
     #[serde(flatten)]
-    pub quantity: PointQuantity,
+    pub quantity: PointEntry,
     /// The equation.
     pub by: String,
 }
@@ -137,7 +137,7 @@ pub struct EliminatedEntry {
 pub struct DelayedUnknownEntry {
     /// The delayed unknown and its value.
     #[serde(flatten)]
-    pub quantity: PointQuantity,
+    pub quantity: PointEntry,
     /// The unknown.
     pub unknown: String,
     /// Its delay, s.

@@ -5,10 +5,10 @@ use std::{env, fs};
 use schemars::generate::SchemaSettings;
 use serde_json::{Map, Value};
 
-use super::compare::CompareResult;
-use super::discover::DiscoverResult;
-use super::fit::FitResult;
-use super::linearize::LinearResult;
+use super::compare::CompareDocument;
+use super::discover::DiscoverDocument;
+use super::fit::FitDocument;
+use super::linearize::LinearizeDocument;
 use super::simulate::EventEntry;
 
 const FILE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../../docs/results.schema.json");
@@ -36,11 +36,11 @@ const WRITTEN_BY_HAND: [&str; 17] = [
 
 fn derived() -> Map<String, Value> {
     let mut generator = SchemaSettings::draft2020_12().into_generator();
-    generator.subschema_for::<FitResult>();
-    generator.subschema_for::<LinearResult>();
-    generator.subschema_for::<CompareResult>();
+    generator.subschema_for::<FitDocument>();
+    generator.subschema_for::<LinearizeDocument>();
+    generator.subschema_for::<CompareDocument>();
     generator.subschema_for::<EventEntry>();
-    generator.subschema_for::<DiscoverResult>();
+    generator.subschema_for::<DiscoverDocument>();
     generator.take_definitions(true)
 }
 

@@ -10,7 +10,7 @@ use dgd_runtime::signature::{Density, Distribution};
 
 use crate::error::WorkError;
 use crate::request::{Estimator, FitRequest, NoiseFrom};
-use crate::session::Session;
+use crate::session::TaskContext;
 
 /// Refuses a model with noise other than a number, for tasks that need a single standard deviation.
 ///
@@ -27,7 +27,7 @@ pub(crate) fn refuse(signature: &Signature, who: &str) -> Result<(), WorkError> 
 }
 
 /// Remarks that standard deviations of readings are ignored, and what is used instead.
-pub(crate) fn remark_unused(output: &str, instead: &str, session: Session<'_>) {
+pub(crate) fn remark_unused(output: &str, instead: &str, session: TaskContext<'_>) {
     session.remark(&format!("the column `std({output})` is not used: {instead}"));
 }
 

@@ -10,8 +10,8 @@ use dgd_runtime::{
 use crate::error::WorkError;
 use crate::model::load;
 use crate::request::RunRequest;
-use crate::run::Run;
-use crate::session::Session;
+use crate::run::ModelRun;
+use crate::session::TaskContext;
 
 /// The equations M ẏ = f(t, y, u(t), p) of a model and its outputs w(t, y, u(t), p), with recorded inputs, in the
 /// initial modes.
@@ -23,7 +23,7 @@ use crate::session::Session;
 /// | row i of f, where Mᵢ is 1 | that of yᵢ over s |
 /// | row i of f, where Mᵢ is 0 | SI |
 #[derive(Debug)]
-pub struct Equations {
+pub struct ModelEquations {
     system: LoadedSystem,
     /// SI.
     p: Vec<f64>,
@@ -37,7 +37,7 @@ pub struct Equations {
 
 /// A point, in declared units.
 #[derive(Debug, Clone, Copy)]
-pub struct At<'a> {
+pub struct EquationPoint<'a> {
     /// Time, s since the first sample of the data.
     pub t: f64,
     /// Unknowns.
@@ -49,7 +49,7 @@ pub struct At<'a> {
 }
 
 /// Numbers of a point, SI.
-struct Numbers {
+struct PointNumbers {
     t: f64,
     y: Vec<f64>,
     u: Vec<f64>,
@@ -61,14 +61,17 @@ struct Numbers {
 /// # Errors
 ///
 /// [`WorkError`]: mistakes in model or data, or delayed equations, which are not functions of a single point.
-pub fn equations(request: &RunRequest, session: Session<'_>) -> Result<Equations, WorkError> {
+pub fn equations(
+    request: &RunRequest,
+    session: TaskContext<'_>,
+) -> Result<ModelEquations, WorkError> {
     let mut request = request.clone();
     if request.data.is_none() {
         // One row is enough.
         request.solve.until = request.solve.until.or(request.solve.from).or(Some(0.0));
     }
     let loaded = load(&request.model, &request.choices, &SensitivityDirections::None, session)?;
-    let run = Run::prepare(&request, loaded, session)?;
+    let run = ModelRun::prepare(&request, loaded, session)?;
     let signature = run.signature();
     let is_late = !(signature.delayed_inputs.is_empty() && signature.delayed_unknowns.is_empty());
     if is_late || signature.outputs.iter().any(|output| output.delay.is_some()) {
@@ -82,14 +85,14 @@ pub fn equations(request: &RunRequest, session: Session<'_>) -> Result<Equations
         Ok(started) => (Ok(started.y), started.z),
         Err(error) => (Err(error.to_string()), discrete_numbers(&run.system, &run.p, run.times[0])),
     };
-    let Run { system, p, inputs, times, .. } = run;
+    let ModelRun { system, p, inputs, times, .. } = run;
     let mut mass = vec![0.0; system.signature().unknowns.len()];
     let point = EvaluationPoint { t: times[0], y: &[], u: &[], p: &p, z: &z };
     system.mass(point, &mut mass);
-    Ok(Equations { system, p, inputs, times, start, z, mass })
+    Ok(ModelEquations { system, p, inputs, times, start, z, mass })
 }
 
-impl Equations {
+impl ModelEquations {
     /// The signature of the model.
     pub fn signature(&self) -> &Signature {
         self.system.signature()
@@ -139,7 +142,7 @@ impl Equations {
     /// # Errors
     ///
     /// Those of [`Self::inputs`], and [`WorkError::Usage`] if a list has the wrong length.
-    pub fn rhs(&self, at: At<'_>) -> Result<Vec<f64>, WorkError> {
+    pub fn rhs(&self, at: EquationPoint<'_>) -> Result<Vec<f64>, WorkError> {
         let numbers = self.numbers(at)?;
         let mut f = vec![0.0; numbers.y.len()];
         self.system.rhs(self.point(&numbers), &mut f);
@@ -154,7 +157,7 @@ impl Equations {
     /// # Errors
     ///
     /// Those of [`Self::rhs`].
-    pub fn jacobian(&self, at: At<'_>) -> Result<Vec<f64>, WorkError> {
+    pub fn jacobian(&self, at: EquationPoint<'_>) -> Result<Vec<f64>, WorkError> {
         let numbers = self.numbers(at)?;
         let (signature, n) = (self.signature(), numbers.y.len());
         let (mut f, mut dfdt) = (vec![0.0; n], vec![0.0; n]);
@@ -170,7 +173,7 @@ impl Equations {
     /// # Errors
     ///
     /// Those of [`Self::rhs`].
-    pub fn parameter_jacobian(&self, at: At<'_>) -> Result<Vec<f64>, WorkError> {
+    pub fn parameter_jacobian(&self, at: EquationPoint<'_>) -> Result<Vec<f64>, WorkError> {
         let numbers = self.numbers(at)?;
         let signature = self.signature();
         let mut values = vec![0.0; signature.parameter_jacobian.len()];
@@ -185,7 +188,7 @@ impl Equations {
     /// # Errors
     ///
     /// Those of [`Self::rhs`].
-    pub fn outputs(&self, at: At<'_>) -> Result<Vec<f64>, WorkError> {
+    pub fn outputs(&self, at: EquationPoint<'_>) -> Result<Vec<f64>, WorkError> {
         let numbers = self.numbers(at)?;
         let outputs = &self.signature().outputs;
         let mut w = vec![0.0; outputs.len()];
@@ -193,8 +196,8 @@ impl Equations {
         Ok(outputs.iter().zip(w).map(|(output, w)| output.unit.from_si(w)).collect())
     }
 
-    fn point<'a>(&'a self, numbers: &'a Numbers) -> EvaluationPoint<'a> {
-        let Numbers { t, y, u, p } = numbers;
+    fn point<'a>(&'a self, numbers: &'a PointNumbers) -> EvaluationPoint<'a> {
+        let PointNumbers { t, y, u, p } = numbers;
         EvaluationPoint { t: *t, y, u, p, z: &self.z }
     }
 
@@ -218,7 +221,7 @@ impl Equations {
         matrix
     }
 
-    fn numbers(&self, at: At<'_>) -> Result<Numbers, WorkError> {
+    fn numbers(&self, at: EquationPoint<'_>) -> Result<PointNumbers, WorkError> {
         let signature = self.signature();
         let unknowns = (0..signature.unknowns.len()).map(|i| signature.unknowns.unit(i));
         let y = in_si("unknowns", at.y, unknowns)?;
@@ -230,7 +233,7 @@ impl Equations {
             Some(p) => in_si("parameters", p, signature.parameters.iter().map(|p| &p.unit))?,
             None => self.p.clone(),
         };
-        Ok(Numbers { t: at.t, y, u, p })
+        Ok(PointNumbers { t: at.t, y, u, p })
     }
 
     fn inputs_si(&self, t: f64) -> Result<Vec<f64>, WorkError> {
@@ -262,7 +265,7 @@ mod tests {
     use dgd_data::InMemory;
 
     use super::*;
-    use crate::session::Silent;
+    use crate::session::SilentReporter;
 
     const MODEL: &str = "\
 model oven
@@ -277,13 +280,13 @@ equation wall: loss = k * (T - T_a) + 1e-3 [W/K^2] * (T - T_a)^2
 output T_s [degF] = T
 ";
 
-    fn oven() -> Equations {
+    fn oven() -> ModelEquations {
         let files = InMemory::default()
             .with_file("oven.dgd", MODEL)
             .with_file("run.csv", "time [min],q [kW],T_a [degC]\n0,1.5,20\n10,0,26\n");
         let mut request = RunRequest::new("oven.dgd");
         request.data = Some("run.csv".into());
-        let session = Session::new(&Silent).with_files(&files);
+        let session = TaskContext::new(&SilentReporter).with_files(&files);
         equations(&request, session).unwrap_or_else(|error| panic!("{error}"))
     }
 
@@ -302,13 +305,13 @@ output T_s [degF] = T
         let inputs = oven.inputs(300.0).unwrap_or_else(|error| panic!("{error}"));
         close(inputs[0], 1.5);
         close(inputs[1], 23.0);
-        let first = At { t: 300.0, y: &[33.0, 40.0], u: None, p: None };
+        let first = EquationPoint { t: 300.0, y: &[33.0, 40.0], u: None, p: None };
         let f = oven.rhs(first).unwrap_or_else(|error| panic!("{error}"));
         close(f[0], (1500.0 - 40.0) / 20e3);
         close(f[1].abs(), (5.0 * 10.0 + 0.1 - 40.0_f64).abs());
         let w = oven.outputs(first).unwrap_or_else(|error| panic!("{error}"));
         close(w[0], 33.0 * 1.8 + 32.0);
-        let other = At { u: Some(&[0.04, 23.0]), p: Some(&[10.0, 5.0]), ..first };
+        let other = EquationPoint { u: Some(&[0.04, 23.0]), p: Some(&[10.0, 5.0]), ..first };
         close(oven.rhs(other).unwrap_or_else(|error| panic!("{error}"))[0], 0.0);
     }
 
@@ -318,10 +321,10 @@ output T_s [degF] = T
         let y = [33.0, 40.0];
         let p = oven.parameters();
         let rhs = |y: &[f64], p: &[f64]| {
-            let moved = At { t: 300.0, y, u: None, p: Some(p) };
+            let moved = EquationPoint { t: 300.0, y, u: None, p: Some(p) };
             oven.rhs(moved).unwrap_or_else(|error| panic!("{error}"))
         };
-        let point = At { t: 300.0, y: &y, u: None, p: Some(&p) };
+        let point = EquationPoint { t: 300.0, y: &y, u: None, p: Some(&p) };
         let of_y = oven.jacobian(point).unwrap_or_else(|error| panic!("{error}"));
         let of_p = oven.parameter_jacobian(point).unwrap_or_else(|error| panic!("{error}"));
         for j in 0..2 {
@@ -350,14 +353,14 @@ output T_s [degF] = T
     #[test]
     fn what_cannot_be_evaluated_is_refused() {
         let oven = oven();
-        let late = oven.rhs(At { t: 700.0, y: &[30.0, 0.0], u: None, p: None });
+        let late = oven.rhs(EquationPoint { t: 700.0, y: &[30.0, 0.0], u: None, p: None });
         assert!(matches!(late, Err(WorkError::Found(_))), "{late:?}");
-        let short = oven.rhs(At { t: 0.0, y: &[30.0], u: None, p: None });
+        let short = oven.rhs(EquationPoint { t: 0.0, y: &[30.0], u: None, p: None });
         let message = short.expect_err("one number is missing").to_string();
         assert_eq!(message, "the model has 2 unknowns, and 1 are given");
         let text = "model m\nstate x [1] = 1\nequation e: der(x) = -delay(x, 1 [s]) / 1 [s]\n";
         let files = InMemory::default().with_file("m.dgd", text);
-        let session = Session::new(&Silent).with_files(&files);
+        let session = TaskContext::new(&SilentReporter).with_files(&files);
         let refused = equations(&RunRequest::new("m.dgd"), session).expect_err("it reads late");
         assert!(refused.to_string().contains("what was earlier"), "{refused}");
     }

@@ -7,7 +7,7 @@ use dgd_compiler::model::Model;
 use dgd_runtime::{ConsistentStart, JumpCause, Signature, Solution, Unit};
 
 use crate::output::quantity::{short, with_unit};
-use crate::session::Session;
+use crate::session::TaskContext;
 
 /// Digits of values in notes.
 const DIGITS: i32 = 6;
@@ -46,7 +46,7 @@ pub(super) fn tell_what_is_dropped(
     states: &BTreeSet<String>,
     replaced: &[(usize, f64)],
     start: &ConsistentStart,
-    session: Session<'_>,
+    session: TaskContext<'_>,
 ) {
     for &(i, declared) in &start.dropped {
         if !is_declared(states, &signature.unknowns.name(i))
@@ -64,7 +64,7 @@ pub(super) fn tell_what_is_dropped(
 }
 
 /// Reports the states that have jumped without a conserved sum.
-pub(crate) fn tell_jumps(signature: &Signature, solution: &Solution, session: Session<'_>) {
+pub(crate) fn tell_jumps(signature: &Signature, solution: &Solution, session: TaskContext<'_>) {
     for jump in &solution.jumps {
         let (name, unit) =
             (signature.unknowns.name(jump.unknown), signature.unknowns.unit(jump.unknown));

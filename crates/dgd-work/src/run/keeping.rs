@@ -4,11 +4,11 @@ use dgd_data::files::journal::{JournalError, JournalOpening, PriorJournal, RunJo
 use dgd_identify::journal::Digest;
 
 use crate::error::WorkError;
-use crate::request::Keep;
-use crate::session::Session;
+use crate::request::JournalChoice;
+use crate::session::TaskContext;
 
 /// Checks that there is a journal to resume from.
-pub(crate) fn verify(keep: &Keep) -> Result<(), WorkError> {
+pub(crate) fn verify(keep: &JournalChoice) -> Result<(), WorkError> {
     if keep.resume && keep.out.is_none() {
         return Err(WorkError::Usage(
             "`--resume` goes on from what a run with `-o DIR` has kept beside it: give that `-o`"
@@ -21,9 +21,9 @@ pub(crate) fn verify(keep: &Keep) -> Result<(), WorkError> {
 /// The journal of finished work, if the request allows one, kept beside the results until the run ends. `input` is a
 /// digest of everything that the work depends on.
 pub(crate) fn journal(
-    keep: &Keep,
+    keep: &JournalChoice,
     input: impl FnOnce() -> Digest,
-    session: Session<'_>,
+    session: TaskContext<'_>,
 ) -> Result<Option<RunJournal>, WorkError> {
     let (Some(out), is_resumed) = (&keep.out, keep.resume) else { return Ok(None) };
     let path = RunJournal::path(out);

@@ -6,7 +6,7 @@ use crate::error::WorkError;
 const VECTORS: f64 = 40.0;
 
 /// Memory for one purpose.
-pub(crate) struct Demand {
+pub(crate) struct MemoryDemand {
     bytes: f64,
     /// Its purpose, and how to reduce it.
     reason: String,
@@ -14,7 +14,7 @@ pub(crate) struct Demand {
 
 /// Sizes of the rows and of the work space of a run.
 #[derive(Clone, Copy)]
-pub(crate) struct Needs {
+pub(crate) struct MemoryNeeds {
     pub unknowns: usize,
     /// Number of unknowns kept at each row.
     pub kept: usize,
@@ -24,7 +24,7 @@ pub(crate) struct Needs {
     pub rows: usize,
 }
 
-impl Needs {
+impl MemoryNeeds {
     /// Bytes of the rows: results, and the columns made from them.
     fn of_rows(&self) -> f64 {
         let values = (self.kept + self.outputs) as f64 * (1.0 + self.directions as f64);
@@ -57,7 +57,7 @@ impl Needs {
     }
 
     /// Demands of a run.
-    pub(crate) fn demands(&self) -> [Demand; 2] {
+    pub(crate) fn demands(&self) -> [MemoryDemand; 2] {
         let (fewer, smaller) = match self.directions {
             0 => ("", "a smaller model"),
             _ => (", or for fewer derivatives (`--to`)", "fewer derivatives (`--to`)"),
@@ -65,13 +65,13 @@ impl Needs {
         let (rows, derivatives) = (self.rows(), self.derivatives());
         let unknowns = counted(self.unknowns, "unknown");
         [
-            Demand {
+            MemoryDemand {
                 bytes: self.of_rows(),
                 reason: format!(
                     "it keeps {rows}; ask for fewer rows (`--every`, `--from`, `--until`){fewer}"
                 ),
             },
-            Demand {
+            MemoryDemand {
                 bytes: self.of_work(),
                 reason: format!("it steps {unknowns}{derivatives}; ask for {smaller}"),
             },
@@ -85,9 +85,9 @@ impl Needs {
         side_by_side: usize,
         recordings: usize,
         estimates: usize,
-    ) -> [Demand; 3] {
+    ) -> [MemoryDemand; 3] {
         let runs = side_by_side as f64;
-        let work = Needs { directions: estimates, ..*self };
+        let work = MemoryNeeds { directions: estimates, ..*self };
         let at_once = match side_by_side {
             1 => String::new(),
             n => format!("{n} recordings at a time, each with "),
@@ -98,19 +98,19 @@ impl Needs {
         // A square matrix for each output of each recording.
         let squares = 8.0 * (recordings * self.outputs.max(1)) as f64 * (estimates as f64).powi(2);
         [
-            Demand {
+            MemoryDemand {
                 bytes: runs * self.of_rows(),
                 reason: format!(
                     "it simulates {at_once}{rows}; use shorter recordings (`--from`, `--until`){threads}"
                 ),
             },
-            Demand {
+            MemoryDemand {
                 bytes: runs * work.of_work(),
                 reason: format!(
                     "it steps {at_once}{unknowns}{derivatives}; estimate fewer numbers (`--fix`){threads}"
                 ),
             },
-            Demand {
+            MemoryDemand {
                 bytes: squares,
                 reason: format!(
                     "it finds {} from {}; estimate fewer numbers (`--fix`)",
@@ -128,10 +128,10 @@ impl Needs {
         packed: usize,
         held: usize,
         columns: usize,
-    ) -> [Demand; 2] {
+    ) -> [MemoryDemand; 2] {
         let (rows, columns_text) = (counted(self.rows, "row"), counted(columns, "column"));
         [
-            Demand {
+            MemoryDemand {
                 bytes: packed as f64 * (self.of_rows() + self.of_work()),
                 reason: format!(
                     "it runs {packed} sets at a time, each with {}; ask for fewer rows (`--every`, \
@@ -139,7 +139,7 @@ impl Needs {
                     self.rows()
                 ),
             },
-            Demand {
+            MemoryDemand {
                 bytes: 8.0 * held as f64 * self.rows as f64 * columns as f64,
                 reason: format!(
                     "it keeps {rows} of {columns_text} for {}; ask for fewer rows (`--every`, `--from`, \
@@ -159,11 +159,11 @@ fn counted(count: usize, what: &str) -> String {
 }
 
 /// Refuses work that needs more memory than is free; `what` names it.
-pub(crate) fn verify(what: &str, demands: &[Demand]) -> Result<(), WorkError> {
+pub(crate) fn verify(what: &str, demands: &[MemoryDemand]) -> Result<(), WorkError> {
     within(what, demands, available())
 }
 
-fn within(what: &str, demands: &[Demand], available: Option<f64>) -> Result<(), WorkError> {
+fn within(what: &str, demands: &[MemoryDemand], available: Option<f64>) -> Result<(), WorkError> {
     let needed: f64 = demands.iter().map(|demand| demand.bytes).sum();
     // No machine has more, whatever its system reports.
     let available = available.unwrap_or(MOST);
@@ -230,11 +230,18 @@ fn field(text: &str, name: &str) -> Option<f64> {
 mod tests {
     use super::*;
 
-    fn needs() -> Needs {
-        Needs { unknowns: 1_000_000, kept: 3, outputs: 2, inputs: 1, directions: 0, rows: 1000 }
+    fn needs() -> MemoryNeeds {
+        MemoryNeeds {
+            unknowns: 1_000_000,
+            kept: 3,
+            outputs: 2,
+            inputs: 1,
+            directions: 0,
+            rows: 1000,
+        }
     }
 
-    fn refusal(what: &str, demands: &[Demand], available: f64) -> String {
+    fn refusal(what: &str, demands: &[MemoryDemand], available: f64) -> String {
         match within(what, demands, Some(available)) {
             Err(WorkError::Computation(message)) => message,
             other => panic!("{other:?}"),
@@ -250,7 +257,7 @@ mod tests {
             "the run needs about 320 MB of memory, and 300 MB is free: it steps 1000000 unknowns; \
              ask for a smaller model"
         );
-        let full = Needs { kept: 1_000_000, directions: 4, ..needs() };
+        let full = MemoryNeeds { kept: 1_000_000, directions: 4, ..needs() };
         assert_eq!(
             refusal("the run", &full.demands(), 2e9),
             "the run needs about 82 GB of memory, and 2.0 GB is free: it keeps 1000 rows of \
@@ -261,9 +268,9 @@ mod tests {
 
     #[test]
     fn a_fit_needs_memory_for_recordings_side_by_side_and_for_its_estimates() {
-        let small = Needs { unknowns: 3, kept: 3, ..needs() };
+        let small = MemoryNeeds { unknowns: 3, kept: 3, ..needs() };
         assert!(within("the fit", &small.demands_of_fit(2, 5, 4), Some(1e6)).is_ok());
-        let full = Needs { kept: 1_000_000, ..needs() };
+        let full = MemoryNeeds { kept: 1_000_000, ..needs() };
         assert_eq!(
             refusal("the fit", &full.demands_of_fit(2, 5, 1), 20e9),
             "the fit needs about 33 GB of memory, and 20 GB is free: it simulates 2 recordings at a \
@@ -271,7 +278,7 @@ mod tests {
              (`--from`, `--until`), or fewer threads (`--threads`)"
         );
         assert_eq!(
-            refusal("the fit", &Needs { rows: 2, ..full }.demands_of_fit(1, 1, 100), 20e9),
+            refusal("the fit", &MemoryNeeds { rows: 2, ..full }.demands_of_fit(1, 1, 100), 20e9),
             "the fit needs about 32 GB of memory, and 20 GB is free: it steps 1000000 unknowns with \
              100 derivatives each; estimate fewer numbers (`--fix`)"
         );
@@ -284,7 +291,7 @@ mod tests {
 
     #[test]
     fn an_ensemble_needs_memory_for_the_sets_under_way_and_those_it_holds() {
-        let small = Needs { unknowns: 3, kept: 3, ..needs() };
+        let small = MemoryNeeds { unknowns: 3, kept: 3, ..needs() };
         assert!(within("the ensemble", &small.demands_of_ensemble(16, 128, 6), Some(1e8)).is_ok());
         assert_eq!(
             refusal("the ensemble", &small.demands_of_ensemble(16, 1_000_000, 6), 1e9),
@@ -292,7 +299,7 @@ mod tests {
              columns for 1000000 sets; ask for fewer rows (`--every`, `--from`, `--until`) or fewer \
              sets, or write a table (`-o x.csv`) without `--plot`"
         );
-        let full = Needs { kept: 1_000_000, ..needs() };
+        let full = MemoryNeeds { kept: 1_000_000, ..needs() };
         assert_eq!(
             refusal("the ensemble", &full.demands_of_ensemble(8, 64, 3), 1e9),
             "the ensemble needs about 131 GB of memory, and 1.0 GB is free: it runs 8 sets at a time, \

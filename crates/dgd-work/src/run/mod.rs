@@ -32,10 +32,10 @@ use crate::model::LoadedModel;
 use crate::output::columns::is_element;
 use crate::output::conserved::combination;
 use crate::output::provenance::{DataFile, Provenance};
-use crate::request::{RunRequest, Solve, Start};
-use crate::session::Session;
-pub use recording::Measured;
-use recording::{Clock, Recording};
+use crate::request::{RunRequest, SolverOptions, StartChoice};
+use crate::session::TaskContext;
+pub use recording::MeasuredOutputs;
+use recording::{RunRecording, TimeColumnRule};
 
 /// Rows of a run without a data file or `--every`.
 const DEFAULT_ROWS: u32 = 1000;
@@ -44,7 +44,7 @@ const DEFAULT_ROWS: u32 = 1000;
 const MOST_ROWS: f64 = 1e8;
 
 /// A model ready to run on its data.
-pub(crate) struct Run {
+pub(crate) struct ModelRun {
     pub system: dgd_execute::LoadedSystem,
     /// Parameters, SI.
     pub p: Vec<f64>,
@@ -56,19 +56,19 @@ pub(crate) struct Run {
     /// The timestamp of time zero, if the data has timestamps.
     pub epoch: Option<Epoch>,
     /// Measured outputs in the data.
-    pub measured: Measured,
+    pub measured: MeasuredOutputs,
     pub options: Options,
     /// Versions and digests of the inputs.
     pub provenance: Provenance,
 }
 
-impl Run {
+impl ModelRun {
     /// Reads the data, builds the inputs, and determines times and initial values.
     pub(crate) fn prepare(
         args: &RunRequest,
         loaded: LoadedModel,
-        session: Session<'_>,
-    ) -> Result<Run, WorkError> {
+        session: TaskContext<'_>,
+    ) -> Result<ModelRun, WorkError> {
         let watched = session.listener.watched();
         let options = Options { watched, ..options(&args.solve)? };
         let LoadedModel { compiled, mut sources, digest, .. } = loaded;
@@ -77,11 +77,11 @@ impl Run {
         let recording = match &args.data {
             None => None,
             Some(path) => {
-                let read = Recording::read(
+                let read = RunRecording::read(
                     path,
                     &args.solve.rename,
                     &compiled.dae,
-                    Clock::Time,
+                    TimeColumnRule::Time,
                     &mut sources,
                     &mut diagnostics,
                     session,
@@ -110,9 +110,10 @@ impl Run {
         let epoch = recording.as_ref().and_then(|recording| recording.epoch);
         let measured = recording.map(|recording| recording.measured).unwrap_or_default();
         let start = Vec::new();
-        let mut run = Run { system, p, inputs, start, times, epoch, measured, options, provenance };
-        if args.solve.start == Start::Measured {
-            let Run { times, measured, options, .. } = &run;
+        let mut run =
+            ModelRun { system, p, inputs, start, times, epoch, measured, options, provenance };
+        if args.solve.start == StartChoice::Measured {
+            let ModelRun { times, measured, options, .. } = &run;
             run.start = measured_start(&run.problem(), times[0], measured, options)?;
         }
         run.options = with_method_per_sample(run.options, &args.solve, &run.problem(), &run.times)?;
@@ -133,7 +134,7 @@ impl Run {
         &self,
         conditions: &[String],
         states: &BTreeSet<String>,
-        session: Session<'_>,
+        session: TaskContext<'_>,
     ) {
         let may_drop = jumps::may_be_dropped(self.signature(), states);
         let looks = may_drop || !conditions.is_empty();
@@ -155,7 +156,7 @@ impl Run {
     }
 
     /// Reports conserved quantities: a start in steady state keeps their declared totals.
-    fn tell_what_is_kept(&self, session: Session<'_>) {
+    fn tell_what_is_kept(&self, session: TaskContext<'_>) {
         if !self.signature().starts_at_rest || !session.listener.hears_remarks() {
             return;
         }
@@ -211,12 +212,12 @@ impl Run {
 
     /// Runs the model and evaluates its outputs. Elements of arrays, which come after all other unknowns, are dropped
     /// once the outputs are computed.
-    pub(crate) fn simulate(&self) -> Result<Reached, WorkError> {
+    pub(crate) fn simulate(&self) -> Result<PartialRun, WorkError> {
         self.simulate_with(&[])
     }
 
     /// The same, keeping these elements of arrays after the single unknowns.
-    pub(crate) fn simulate_with(&self, elements: &[usize]) -> Result<Reached, WorkError> {
+    pub(crate) fn simulate_with(&self, elements: &[usize]) -> Result<PartialRun, WorkError> {
         let single = self.single_unknowns();
         self.verify_memory(single + elements.len(), 0)?;
         let (problem, times, options) = (self.problem(), &self.times, &self.options);
@@ -235,7 +236,7 @@ impl Run {
         let keeps_all =
             outputs_are_delayed(signature) || matches!(self.options.steps, Steps::PerSample(_));
         let kept = if keeps_all { n } else { kept };
-        let needs = memory::Needs {
+        let needs = memory::MemoryNeeds {
             unknowns: n,
             kept,
             outputs: signature.outputs.len(),
@@ -247,13 +248,13 @@ impl Run {
     }
 
     /// The same with sensitivities.
-    pub(crate) fn simulate_with_sensitivities(&self) -> Result<Reached, WorkError> {
+    pub(crate) fn simulate_with_sensitivities(&self) -> Result<PartialRun, WorkError> {
         let signature = self.signature();
         self.verify_memory(signature.unknowns.len(), signature.directions.len())?;
         self.finish(simulate_with_sensitivities(&self.problem(), &self.times, &self.options))
     }
 
-    fn finish(&self, result: Result<Solution, Failure>) -> Result<Reached, WorkError> {
+    fn finish(&self, result: Result<Solution, Failure>) -> Result<PartialRun, WorkError> {
         let (solution, stopped) = match result {
             Ok(solution) => (solution, None),
             Err(Failure { error: IntegrateError::Stopped { .. }, partial })
@@ -268,7 +269,7 @@ impl Run {
             Err(Failure { error, partial }) => (*partial, Some(error)),
         };
         let observations = observe(&self.problem(), &solution);
-        Ok(Reached { solution, observations, stopped })
+        Ok(PartialRun { solution, observations, stopped })
     }
 }
 
@@ -284,7 +285,7 @@ pub(crate) fn verify_memory_of_fit(
     let n_s = signature.directions.len();
     let keeps = keeps_derivatives || outputs_are_delayed(signature);
     let n = signature.unknowns.len();
-    let needs = memory::Needs {
+    let needs = memory::MemoryNeeds {
         unknowns: n,
         kept: n,
         outputs: signature.outputs.len(),
@@ -318,7 +319,7 @@ fn conditions(model: &Model, sources: &SourceMap) -> Vec<String> {
 }
 
 /// A run as far as it got.
-pub(crate) struct Reached {
+pub(crate) struct PartialRun {
     pub solution: Solution,
     pub observations: Observations,
     /// Why it did not reach the end.
@@ -341,7 +342,7 @@ fn needs_data(signature: &Signature) -> WorkError {
 /// Loads a program with the requested engine.
 pub(crate) fn executable(
     program: Program,
-    args: &Solve,
+    args: &SolverOptions,
 ) -> Result<dgd_execute::LoadedSystem, WorkError> {
     let engine = args.engine;
     let system = dgd_execute::LoadedSystem::with_engine(program, engine);
@@ -352,7 +353,7 @@ pub(crate) fn executable(
 }
 
 /// Integration options.
-pub(crate) fn options(args: &Solve) -> Result<Options, WorkError> {
+pub(crate) fn options(args: &SolverOptions) -> Result<Options, WorkError> {
     let mut options = Options {
         rtol: args.rtol,
         atol: args.atol.unwrap_or(args.rtol),
@@ -368,7 +369,11 @@ pub(crate) fn options(args: &Solve) -> Result<Options, WorkError> {
 }
 
 /// The same with the method that suits the model, unless one was named.
-pub(crate) fn with_method(options: Options, args: &Solve, signature: &Signature) -> Options {
+pub(crate) fn with_method(
+    options: Options,
+    args: &SolverOptions,
+    signature: &Signature,
+) -> Options {
     if args.method == AUTOMATIC {
         Options { method: automatic_method(signature), ..options }
     } else {
@@ -379,7 +384,7 @@ pub(crate) fn with_method(options: Options, args: &Solve, signature: &Signature)
 /// The same with the method that suits fixed steps per sample, if those are requested and no method is named.
 pub(crate) fn with_method_per_sample(
     options: Options,
-    args: &Solve,
+    args: &SolverOptions,
     problem: &Problem<'_, dgd_execute::LoadedSystem>,
     times: &[f64],
 ) -> Result<Options, WorkError> {
@@ -395,9 +400,9 @@ pub(crate) fn with_method_per_sample(
 /// chosen before the first run, for all of them.
 pub(crate) fn with_method_to_begin<'a>(
     options: Options,
-    args: &Solve,
+    args: &SolverOptions,
     runs: impl IntoIterator<Item = (Problem<'a, dgd_execute::LoadedSystem>, f64)>,
-    session: Session<'_>,
+    session: TaskContext<'_>,
 ) -> Options {
     if args.method != AUTOMATIC || matches!(options.steps, Steps::PerSample(_)) {
         return options;
@@ -413,7 +418,7 @@ pub(crate) fn with_method_to_begin<'a>(
 }
 
 /// Times of the rows: the data's, or equidistant.
-fn times(args: &RunRequest, recording: Option<&Recording>) -> Result<Vec<f64>, WorkError> {
+fn times(args: &RunRequest, recording: Option<&RunRecording>) -> Result<Vec<f64>, WorkError> {
     let sampled = recording.map(|recording| recording.times.as_slice());
     let first = args.solve.from.or(sampled.and_then(|t| t.first().copied())).unwrap_or(0.0);
     let Some(last) = args.solve.until.or(sampled.and_then(|t| t.last().copied())) else {
@@ -470,7 +475,7 @@ fn times(args: &RunRequest, recording: Option<&Recording>) -> Result<Vec<f64>, W
 pub(crate) fn measured_start(
     problem: &Problem<'_, dgd_execute::LoadedSystem>,
     t: f64,
-    measured: &Measured,
+    measured: &MeasuredOutputs,
     options: &Options,
 ) -> Result<Vec<(usize, f64)>, WorkError> {
     let signature = problem.system.signature();

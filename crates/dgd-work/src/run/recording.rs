@@ -14,13 +14,13 @@ use dgd_runtime::{InputColumn, Inputs, Options, Problem, Signature, System};
 
 use crate::error::WorkError;
 use crate::model::Compilation;
-use crate::request::{Solve, Start};
+use crate::request::{SolverOptions, StartChoice};
 use crate::run::{densities, measured_start};
-use crate::session::Session;
+use crate::session::TaskContext;
 
 /// Whether a data file may have no time column.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum Clock {
+pub(crate) enum TimeColumnRule {
     /// It must have one.
     Time,
     /// It may hold independent rows, for a model whose outputs depend only on the inputs at the same time. They are
@@ -29,19 +29,19 @@ pub(crate) enum Clock {
 }
 
 /// The columns of a data file that the model uses, SI.
-pub(crate) struct Recording {
+pub(crate) struct RunRecording {
     /// How its rows are timed.
-    pub clock: Clock,
+    pub clock: TimeColumnRule,
     /// Digest of its bytes; none for a stream.
     pub digest: Option<Sha256Digest>,
     /// The timestamp of the first row, if times are timestamps.
     pub epoch: Option<Epoch>,
     pub times: Vec<f64>,
     inputs: Vec<Vec<f64>>,
-    pub measured: Measured,
+    pub measured: MeasuredOutputs,
 }
 
-impl Recording {
+impl RunRecording {
     /// The inputs as functions of time.
     pub(crate) fn inputs(&self, signature: &Signature) -> Result<Inputs, WorkError> {
         let columns: Vec<InputColumn<'_>> = signature
@@ -63,12 +63,12 @@ impl Recording {
         path: &Path,
         renames: &[Rename],
         dae: &Dae,
-        clock: Clock,
+        clock: TimeColumnRule,
         sources: &mut SourceMap,
         diagnostics: &mut Diagnostics,
-        session: Session<'_>,
-    ) -> Option<Recording> {
-        let known = Known::of(dae);
+        session: TaskContext<'_>,
+    ) -> Option<RunRecording> {
+        let known = KnownColumns::from_dae(dae);
         let wanted = known.wanted();
         let table = ReadOptions::default()
             .renamed(renames)
@@ -98,14 +98,14 @@ impl Recording {
         paths: &[PathBuf],
         renames: &[Rename],
         dae: &Dae,
-        clock: Clock,
+        clock: TimeColumnRule,
         compilation: &mut Compilation<'_>,
-        session: Session<'_>,
-    ) -> Result<Vec<Recording>, WorkError> {
+        session: TaskContext<'_>,
+    ) -> Result<Vec<RunRecording>, WorkError> {
         let Compilation { sources, diagnostics, .. } = compilation;
         let read =
             |path: &PathBuf| Self::read(path, renames, dae, clock, sources, diagnostics, session);
-        let recordings: Vec<Recording> = paths.iter().filter_map(read).collect();
+        let recordings: Vec<RunRecording> = paths.iter().filter_map(read).collect();
         if diagnostics.check().is_err() {
             return Err(WorkError::diagnosed(diagnostics, sources.clone()));
         }
@@ -115,20 +115,22 @@ impl Recording {
     /// The columns of a table that the model uses; `None` after mistakes.
     pub(crate) fn select(
         table: &DataTable,
-        known: &Known<'_>,
-        clock: Clock,
+        known: &KnownColumns<'_>,
+        clock: TimeColumnRule,
         gaps: GapPolicy,
         sources: &SourceMap,
         diagnostics: &mut Diagnostics,
-        session: Session<'_>,
-    ) -> Option<Recording> {
+        session: TaskContext<'_>,
+    ) -> Option<RunRecording> {
         let clock = match clock {
-            Clock::Rows if table.time.is_none() && known.dae.is_static() => Clock::Rows,
-            Clock::Rows | Clock::Time => Clock::Time,
+            TimeColumnRule::Rows if table.time.is_none() && known.dae.is_static() => {
+                TimeColumnRule::Rows
+            }
+            TimeColumnRule::Rows | TimeColumnRule::Time => TimeColumnRule::Time,
         };
         let times = match clock {
-            Clock::Rows => Ok((0..table.len()).map(|row| row as f64).collect()),
-            Clock::Time => table.recording(diagnostics).map(<[f64]>::to_vec),
+            TimeColumnRule::Rows => Ok((0..table.len()).map(|row| row as f64).collect()),
+            TimeColumnRule::Time => table.recording(diagnostics).map(<[f64]>::to_vec),
         };
         let input_columns =
             select::inputs_with(table, &known.inputs(), &known.names(), gaps, diagnostics);
@@ -150,9 +152,9 @@ impl Recording {
         if let Some(note) = select::unknown_note(table, &known.names()) {
             session.note(&note, sources);
         }
-        let measured = Measured { times: times.clone(), outputs, deviations };
+        let measured = MeasuredOutputs { times: times.clone(), outputs, deviations };
         let (digest, epoch) = (table.digest, table.epoch);
-        Some(Recording { clock, digest, epoch, times, inputs, measured })
+        Some(RunRecording { clock, digest, epoch, times, inputs, measured })
     }
 
     /// Inputs in one row, SI.
@@ -166,7 +168,7 @@ impl Recording {
         system: &LoadedSystem,
         p: &[f64],
         path: &Path,
-        args: &Solve,
+        args: &SolverOptions,
         options: &Options,
     ) -> Result<Experiment, WorkError> {
         let inputs = self.inputs(system.signature())?;
@@ -185,7 +187,7 @@ impl Recording {
         let deviations = self.measured.deviations.iter();
         let mut experiment = Experiment::new(window(times), inputs, measured);
         experiment.deviations = deviations.map(|all| all.as_ref().map(window)).collect();
-        if args.start == Start::Measured {
+        if args.start == StartChoice::Measured {
             let problem = Problem { system, p, inputs: &experiment.inputs, start: &[] };
             experiment.start = measured_start(&problem, first, &self.measured, options)?;
         }
@@ -214,7 +216,7 @@ pub(crate) fn names(paths: &[PathBuf]) -> Vec<String> {
 }
 
 /// Columns that a model uses.
-pub(crate) struct Known<'a> {
+pub(crate) struct KnownColumns<'a> {
     dae: &'a Dae,
     /// Names of outputs that are elements of arrays.
     elements: Vec<(String, &'a dgd_compiler::model::DeclarationHeader)>,
@@ -222,15 +224,15 @@ pub(crate) struct Known<'a> {
     deviations: Vec<String>,
 }
 
-impl<'a> Known<'a> {
-    pub(crate) fn of(dae: &'a Dae) -> Self {
+impl<'a> KnownColumns<'a> {
+    pub(crate) fn from_dae(dae: &'a Dae) -> Self {
         let arrays = dae.output_arrays.iter();
         let elements: Vec<(String, &dgd_compiler::model::DeclarationHeader)> =
             arrays.flat_map(|array| array.names().map(|name| (name, &array.declared))).collect();
         let outputs = dae.outputs.iter().map(|output| output.declared.name.as_str());
         let names = outputs.chain(elements.iter().map(|(name, _)| name.as_str()));
         let deviations = names.map(select::deviation).collect();
-        Known { dae, elements, deviations }
+        KnownColumns { dae, elements, deviations }
     }
 
     pub(crate) fn inputs(&self) -> Vec<select::DeclaredColumn<'_>> {
@@ -247,7 +249,7 @@ impl<'a> Known<'a> {
 
     /// Names of all columns that a recording reads from a file.
     fn wanted(&self) -> Vec<&str> {
-        let Known { dae, elements, deviations } = self;
+        let KnownColumns { dae, elements, deviations } = self;
         let inputs = dae.inputs.iter().map(|input| input.declared.name.as_str());
         let outputs = dae.outputs.iter().map(|output| output.declared.name.as_str());
         let elements = elements.iter().map(|(name, _)| name.as_str());
@@ -269,7 +271,7 @@ fn declared(declared: &dgd_compiler::model::DeclarationHeader) -> select::Declar
 
 /// Measured outputs, SI.
 #[derive(Debug, Clone, Default)]
-pub struct Measured {
+pub struct MeasuredOutputs {
     /// Sample times, s.
     pub times: Vec<f64>,
     /// For each output of the model, its samples.

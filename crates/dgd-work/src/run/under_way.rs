@@ -7,7 +7,7 @@ use dgd_identify::{Progress, Total};
 use dgd_runtime::{IntegrateError, RunMonitor};
 
 use crate::output::quantity::moment;
-use crate::session::Session;
+use crate::session::TaskContext;
 
 /// Interval between reports.
 const BETWEEN: Duration = Duration::from_millis(100);
@@ -15,14 +15,14 @@ const BETWEEN: Duration = Duration::from_millis(100);
 /// Runs work that proceeds once from one time to another, s, while another thread reports its progress to the listener.
 /// Without a [`RunMonitor`], a second thread, or a listener, nothing is reported.
 pub(crate) fn told<T>(
-    session: Session<'_>,
+    session: TaskContext<'_>,
     [from, until]: [f64; 2],
     work: impl FnOnce() -> T,
 ) -> T {
     let hears = session.listener.hears_progress();
     let Some(watched) = session.listener.watched().filter(|_| hears) else { return work() };
     watched.tell(from);
-    let end = End::default();
+    let end = EndSignal::default();
     std::thread::scope(|scope| {
         let tell = || {
             while !end.comes_within(BETWEEN) {
@@ -31,7 +31,7 @@ pub(crate) fn told<T>(
         };
         let teller = std::thread::Builder::new().spawn_scoped(scope, tell);
         // This holds even if the work panics: the scope waits for its threads.
-        let _ends = Ends(&end);
+        let _ends = EndOnDrop(&end);
         drop(teller);
         work()
     })
@@ -63,12 +63,12 @@ fn so_far(watched: &RunMonitor, from: f64, until: f64) -> Progress {
 
 /// Signals the end of the work.
 #[derive(Default)]
-struct End {
+struct EndSignal {
     is_over: Mutex<bool>,
     comes: Condvar,
 }
 
-impl End {
+impl EndSignal {
     fn comes_within(&self, time: Duration) -> bool {
         let is_over = self.is_over.lock().unwrap_or_else(PoisonError::into_inner);
         let waited = self.comes.wait_timeout_while(is_over, time, |is_over| !*is_over);
@@ -77,9 +77,9 @@ impl End {
 }
 
 /// Signals the end of the work when dropped.
-struct Ends<'a>(&'a End);
+struct EndOnDrop<'a>(&'a EndSignal);
 
-impl Drop for Ends<'_> {
+impl Drop for EndOnDrop<'_> {
     fn drop(&mut self) {
         *self.0.is_over.lock().unwrap_or_else(PoisonError::into_inner) = true;
         self.0.comes.notify_all();

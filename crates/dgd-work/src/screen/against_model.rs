@@ -15,18 +15,18 @@ use dgd_screen::redundant::stem;
 use dgd_screen::{Estimate, RARE, Severity, TimeStretch, mean};
 
 use super::notice::{Amount, Notice, difference_unit};
-use super::{Screened, balances, quoted};
+use super::{ScreenedRecording, balances, quoted};
 use crate::output::quantity::stretches;
 
 /// A model, and the recorded quantities it uses.
-pub(crate) struct Model<'a> {
+pub(crate) struct ScreenModel<'a> {
     pub system: &'a LoadedSystem,
     pub dae: &'a Dae,
     pub options: Options,
 }
 
 /// Columns of a recording in the order of the model, SI.
-pub(super) struct Columns {
+pub(super) struct ModelColumns {
     /// For each input of the model.
     pub inputs: Vec<Option<Vec<f64>>>,
     /// For each output of the model.
@@ -40,7 +40,7 @@ const AGREES: f64 = 0.2;
 /// Disagreements up to this many standard deviations of one reading are harmless.
 const HARMLESS: f64 = 0.5;
 
-impl Model<'_> {
+impl ScreenModel<'_> {
     pub(super) fn signature(&self) -> &Signature {
         self.system.signature()
     }
@@ -69,7 +69,7 @@ impl Model<'_> {
     }
 
     /// Adds the findings of the model to the notices of a recording.
-    pub(crate) fn look_at(&self, one: &mut Screened) {
+    pub(crate) fn look_at(&self, one: &mut ScreenedRecording) {
         let columns = self.columns(one);
         self.of_roles(one);
         self.references(one, &columns);
@@ -80,7 +80,7 @@ impl Model<'_> {
 
     /// The columns of inputs and outputs; reports columns that cannot be read as declared, columns unknown to the
     /// model, and inputs without a column.
-    fn columns(&self, one: &mut Screened) -> Columns {
+    fn columns(&self, one: &mut ScreenedRecording) -> ModelColumns {
         let mut notices = Vec::new();
         let mut read = |name: &str, unit: &Unit| -> Option<Vec<f64>> {
             let column = one.table.column(name)?;
@@ -147,11 +147,11 @@ impl Model<'_> {
             });
         }
         one.notices.extend(notices);
-        Columns { inputs, outputs }
+        ModelColumns { inputs, outputs }
     }
 
     /// Frozen or constant values are a fault of a sensor, not of an input.
-    fn of_roles(&self, one: &mut Screened) {
+    fn of_roles(&self, one: &mut ScreenedRecording) {
         let outputs: Vec<&str> =
             self.dae.outputs.iter().map(|output| output.declared.name.as_str()).collect();
         let inputs: Vec<&str> =
@@ -180,7 +180,7 @@ impl Model<'_> {
     }
 
     /// Reports which of two differing sensors is off.
-    fn references(&self, one: &mut Screened, columns: &Columns) {
+    fn references(&self, one: &mut ScreenedRecording, columns: &ModelColumns) {
         let pairs: Vec<[usize; 2]> =
             one.screening.comparisons.iter().map(|pair| pair.channels).collect();
         for pair in pairs {
@@ -210,7 +210,7 @@ impl Model<'_> {
     }
 
     /// Reports outputs that contradict each other in steady state, where one follows from the others.
-    fn agreement(&self, one: &mut Screened, columns: &Columns) {
+    fn agreement(&self, one: &mut ScreenedRecording, columns: &ModelColumns) {
         let known = self.known_outputs();
         let mut off: Vec<(usize, Estimate, TimeStretch)> = Vec::new();
         for (output, values) in columns.outputs.iter().enumerate() {
@@ -235,7 +235,7 @@ impl Model<'_> {
             std_error: error.std_error / declared.factor,
             ..error
         };
-        let amount = Amount::of(&scaled, &unit);
+        let amount = Amount::from_estimate(&scaled, &unit);
         let than = if error.value > 0.0 { "more" } else { "less" };
         let names: Vec<String> =
             off.iter().map(|(i, ..)| signature.outputs[*i].name.to_string()).collect();
@@ -270,11 +270,11 @@ impl Model<'_> {
 
     fn judge(
         &self,
-        one: &Screened,
-        columns: &Columns,
+        one: &ScreenedRecording,
+        columns: &ModelColumns,
         pair: [usize; 2],
         output: usize,
-    ) -> Option<Judged> {
+    ) -> Option<SensorVerdict> {
         let declared = &self.dae.outputs[output].declared;
         let as_declared =
             DeclaredColumn { name: &declared.name, unit: &declared.unit, place: None };
@@ -295,7 +295,7 @@ impl Model<'_> {
         let shown = |k: usize| {
             let std_error = means[k].std_error.hypot(predicted.doubt) / declared.unit.factor;
             let value = errors[k] / declared.unit.factor;
-            Amount::of(&Estimate { value, std_error, dof: means[k].dof }, &unit).signed()
+            Amount::from_estimate(&Estimate { value, std_error, dof: means[k].dof }, &unit).signed()
         };
         let name = |k: usize| format!("`{}`", one.table.columns[pair[k]].name);
         let from = stretches([[steady.stretch.from, steady.stretch.until]]);
@@ -303,7 +303,7 @@ impl Model<'_> {
         Some(match (agrees(errors[0]), agrees(errors[1])) {
             (true, false) | (false, true) => {
                 let (right, off) = if agrees(errors[0]) { (0, 1) } else { (1, 0) };
-                Judged {
+                SensorVerdict {
                     text: format!(
                         "at rest ({from}) {} agrees with the model, and {} is off by {}",
                         name(right),
@@ -313,7 +313,7 @@ impl Model<'_> {
                     advice: format!("drop {}, or take its offset off", name(off)),
                 }
             }
-            _ if agrees(0.5 * (errors[0] + errors[1])) => Judged {
+            _ if agrees(0.5 * (errors[0] + errors[1])) => SensorVerdict {
                 text: format!(
                     "at rest ({from}) their mean agrees with the model: {} is off by {}, {} by {}",
                     name(0),
@@ -323,7 +323,7 @@ impl Model<'_> {
                 ),
                 advice: "average them".to_owned(),
             },
-            _ => Judged {
+            _ => SensorVerdict {
                 text: format!(
                     "at rest ({from}) both are off from the model, {} by {}, {} by {}",
                     name(0),
@@ -338,7 +338,7 @@ impl Model<'_> {
 }
 
 /// The verdict on two sensors.
-struct Judged {
+struct SensorVerdict {
     text: String,
     advice: String,
 }

@@ -7,8 +7,8 @@ use dgd_runtime::{EvaluationPoint, Pattern, System};
 use dgd_screen::balance::{Balance, Explanation, ImbalanceCause, imbalance};
 use dgd_screen::{Estimate, RARE, Severity};
 
-use super::Screened;
-use super::against_model::{Columns, Model, listed};
+use super::ScreenedRecording;
+use super::against_model::{ModelColumns, ScreenModel, listed};
 use super::notice::{Amount, Notice};
 use crate::output::quantity::of_differences;
 
@@ -24,7 +24,7 @@ const AS_GOOD: f64 = 3.0;
 const SAME: f64 = 1e-6;
 
 /// The unknowns of a model, reconstructed from a recording.
-struct Reconstructed {
+struct ReconstructedUnknowns {
     times: Vec<f64>,
     /// Values of each unknown, NaN where they are undetermined.
     y: Vec<Vec<f64>>,
@@ -33,7 +33,11 @@ struct Reconstructed {
 }
 
 /// The findings of a model's balances in a recording.
-pub(super) fn notices(model: &Model<'_>, one: &Screened, columns: &Columns) -> Vec<Notice> {
+pub(super) fn notices(
+    model: &ScreenModel<'_>,
+    one: &ScreenedRecording,
+    columns: &ModelColumns,
+) -> Vec<Notice> {
     let signature = model.signature();
     if !signature.discrete.is_empty() || signature.n_u() != signature.inputs.len() {
         return Vec::new();
@@ -57,7 +61,11 @@ pub(super) fn notices(model: &Model<'_>, one: &Screened, columns: &Columns) -> V
 }
 
 /// The unknowns of the model, from the outputs that do not depend on free parameters.
-fn reconstruct(model: &Model<'_>, one: &Screened, columns: &Columns) -> Option<Reconstructed> {
+fn reconstruct(
+    model: &ScreenModel<'_>,
+    one: &ScreenedRecording,
+    columns: &ModelColumns,
+) -> Option<ReconstructedUnknowns> {
     let signature = model.signature();
     let times = one.times();
     let block = times.len().div_ceil(TIMES).max(1);
@@ -96,11 +104,16 @@ fn reconstruct(model: &Model<'_>, one: &Screened, columns: &Columns) -> Option<R
         }
         start = found.into_iter().enumerate().collect();
     }
-    Some(Reconstructed { times, y, u, determined: determined? })
+    Some(ReconstructedUnknowns { times, y, u, determined: determined? })
 }
 
 /// The imbalance of one unknown.
-fn balance(model: &Model<'_>, one: &Screened, found: &Reconstructed, row: usize) -> Vec<Notice> {
+fn balance(
+    model: &ScreenModel<'_>,
+    one: &ScreenedRecording,
+    found: &ReconstructedUnknowns,
+    row: usize,
+) -> Vec<Notice> {
     let signature = model.signature();
     let p = model.p();
     let of_row = |pattern: &Pattern| -> Vec<(usize, usize)> {
@@ -143,7 +156,7 @@ fn balance(model: &Model<'_>, one: &Screened, found: &Reconstructed, row: usize)
     let balance =
         Balance { times: &found.times, unknown: &found.y[row], rate: &rate, shares: &shares };
     let Some(left) = imbalance(&balance) else { return Vec::new() };
-    let subject = Subject {
+    let subject = BalanceSubject {
         unknown: signature.unknowns.name(row).to_string(),
         equation: signature.equations.get(row).to_string(),
         sensors,
@@ -162,7 +175,7 @@ fn balance(model: &Model<'_>, one: &Screened, found: &Reconstructed, row: usize)
     // A drift may hide in temporary changes; a cause that explains most of those reveals it.
     let p_value = good.first().map_or(1.0, |best| best.size.p_value()).min(hourly.p_value());
     if drifts || good.first().is_some_and(|e| !is_late(e)) {
-        let amount = Amount::of(&hourly, &format!("{}/h", unit.symbol));
+        let amount = Amount::from_estimate(&hourly, &format!("{}/h", unit.symbol));
         let causes: Vec<String> =
             good.iter().filter_map(|e| subject.cause(e, &unit.symbol, unit.factor)).collect();
         let hint = match causes.as_slice() {
@@ -178,7 +191,7 @@ fn balance(model: &Model<'_>, one: &Screened, found: &Reconstructed, row: usize)
         return vec![subject.notice("balance", text, amount, p_value)];
     }
     let Some(late) = good.first().filter(|e| is_late(e)) else { return Vec::new() };
-    let amount = Amount::of(&late.size, "s");
+    let amount = Amount::from_estimate(&late.size, "s");
     // Two delayed columns are equivalent to an early third one.
     let causes: Vec<String> = good
         .iter()
@@ -200,7 +213,7 @@ fn good(explanations: &[Explanation], explains: f64) -> Vec<&Explanation> {
 }
 
 /// Columns that determine an unknown: outputs without a free parameter that depend on it.
-fn sensors_of(model: &Model<'_>, one: &Screened, unknown: usize) -> Vec<String> {
+fn sensors_of(model: &ScreenModel<'_>, one: &ScreenedRecording, unknown: usize) -> Vec<String> {
     let known = model.known_outputs();
     let signature = model.signature();
     let read: Vec<usize> = signature.output_jacobians[0]
@@ -213,7 +226,7 @@ fn sensors_of(model: &Model<'_>, one: &Screened, unknown: usize) -> Vec<String> 
 }
 
 /// The subject of a balance, in the user's names.
-struct Subject {
+struct BalanceSubject {
     unknown: String,
     equation: String,
     sensors: Vec<String>,
@@ -221,7 +234,7 @@ struct Subject {
     names: Vec<String>,
 }
 
-impl Subject {
+impl BalanceSubject {
     /// A cause in words; `None` if it would mean nothing to the user.
     fn cause(&self, explanation: &Explanation, unit: &str, factor: f64) -> Option<String> {
         let size = &explanation.size;
@@ -235,16 +248,16 @@ impl Subject {
                     ..*size
                 };
                 (gain > 0.0).then(|| {
-                    let factor = Amount::of(&read, "").signed();
+                    let factor = Amount::from_estimate(&read, "").signed();
                     format!("`{}` read {factor} times what flows", self.names[share])
                 })
             }
             ImbalanceCause::Lag(share) => {
-                let late = Amount::of(size, "s").signed();
+                let late = Amount::from_estimate(size, "s").signed();
                 Some(format!("`{}` were {late} late", self.names[share]))
             }
             ImbalanceCause::UnknownLag => {
-                let late = Amount::of(size, "s").signed();
+                let late = Amount::from_estimate(size, "s").signed();
                 Some(format!("{} were {late} late", listed(&self.sensors)))
             }
             ImbalanceCause::Flow => {
@@ -253,7 +266,7 @@ impl Subject {
                     std_error: size.std_error * 3600.0 / factor,
                     ..*size
                 };
-                let amount = Amount::of(&hourly, &format!("{unit}/h")).signed();
+                let amount = Amount::from_estimate(&hourly, &format!("{unit}/h")).signed();
                 Some(format!("a steady flow of {amount} were in no column"))
             }
         }

@@ -4,10 +4,10 @@ use dgd_plot::{Figure, MathText, Panel, PlotSeries, SeriesMeaning, SeriesStyle, 
 use dgd_screen::Severity;
 
 use super::notice::unit_of;
-use super::{Screened, apart};
+use super::{ScreenedRecording, apart};
 
 /// Columns with the same unit share a panel if they measure the same quantity.
-pub(crate) fn figure(one: &Screened) -> Figure {
+pub(crate) fn figure(one: &ScreenedRecording) -> Figure {
     let times = one.times();
     let groups = groups(one);
     let panel = |group: &Vec<usize>| {
@@ -60,7 +60,7 @@ pub(crate) fn figure(one: &Screened) -> Figure {
 }
 
 /// Differences of columns of one quantity from the first of them.
-fn differences(one: &Screened, group: &[usize]) -> Option<Panel> {
+fn differences(one: &ScreenedRecording, group: &[usize]) -> Option<Panel> {
     let (&first, others) = group.split_first()?;
     let columns = &one.table.columns;
     // In the colours of the panel above.
@@ -85,7 +85,7 @@ fn differences(one: &Screened, group: &[usize]) -> Option<Panel> {
 }
 
 /// Dots on outliers.
-fn marks(one: &Screened, group: &[usize]) -> Option<PlotSeries> {
+fn marks(one: &ScreenedRecording, group: &[usize]) -> Option<PlotSeries> {
     let times = one.times();
     let (mut x, mut y) = (Vec::new(), Vec::new());
     for &column in group {
@@ -112,7 +112,7 @@ fn marks(one: &Screened, group: &[usize]) -> Option<PlotSeries> {
 }
 
 /// Columns of the same quantity together, the others alone; columns without values are left out.
-fn groups(one: &Screened) -> Vec<Vec<usize>> {
+fn groups(one: &ScreenedRecording) -> Vec<Vec<usize>> {
     let mut groups: Vec<Vec<usize>> = Vec::new();
     for column in 0..one.table.columns.len() {
         if one.screening.channels[column].samples == 0 {

@@ -5,16 +5,16 @@ use dgd_screen::{Estimate, Severity};
 use serde_json::{Value, json};
 
 use super::notice::{Notice, unit_of};
-use super::{Screened, apart, ends};
+use super::{ScreenedRecording, apart, ends};
 
 /// All recordings.
-pub(crate) fn to_json(screened: &[Screened]) -> Value {
+pub(crate) fn to_json(screened: &[ScreenedRecording]) -> Value {
     let recordings: Vec<Value> = screened.iter().map(recording).collect();
     let faults: usize = screened.iter().map(|one| one.count(Severity::Fault)).sum();
     json!({ "faults": faults, "recordings": recordings })
 }
 
-fn recording(one: &Screened) -> Value {
+fn recording(one: &ScreenedRecording) -> Value {
     let screening = &one.screening;
     let name = |i: usize| &one.table.columns[i].name;
     let columns: Vec<Value> = one
@@ -118,7 +118,7 @@ fn notice(notice: &Notice) -> Value {
     })
 }
 
-fn comparison(one: &Screened, pair: &RedundantPair) -> Value {
+fn comparison(one: &ScreenedRecording, pair: &RedundantPair) -> Value {
     let [a, b] = pair.channels;
     let unit = apart(&one.table, a);
     json!({

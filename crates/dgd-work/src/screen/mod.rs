@@ -32,13 +32,13 @@ use dgd_screen::{Channel, ScreenOptions, ScreenedRecord, Screening, Severity, Ti
 use serde::{Serialize, Serializer};
 use serde_json::Value;
 
-use crate::error::{Ended, WorkError, meant};
+use crate::error::{TaskEnd, WorkError, meant};
 use crate::model::{LoadedModel, load};
 use crate::output::json_text;
 use crate::output::provenance::{DataFile, Provenance};
 use crate::request::ScreenRequest;
-use crate::session::Session;
-use against_model::Model;
+use crate::session::TaskContext;
+use against_model::ScreenModel;
 use notice::{difference_unit, unit_of};
 
 pub use notice::{Amount, Notice};
@@ -46,9 +46,9 @@ pub use notice::{Amount, Notice};
 /// Recordings with their faults.
 #[derive(Debug)]
 #[non_exhaustive]
-pub struct Screenings {
+pub struct ScreeningResults {
     /// Each recording.
-    pub recordings: Vec<Screened>,
+    pub recordings: Vec<ScreenedRecording>,
     /// Versions and digests of the inputs.
     pub provenance: Provenance,
     is_check: bool,
@@ -60,7 +60,10 @@ pub struct Screenings {
 /// # Errors
 ///
 /// [`WorkError`]: a file cannot be read, or a name does not exist.
-pub fn screen(request: &ScreenRequest, session: Session<'_>) -> Result<Screenings, WorkError> {
+pub fn screen(
+    request: &ScreenRequest,
+    session: TaskContext<'_>,
+) -> Result<ScreeningResults, WorkError> {
     let (mut sources, mut diagnostics) = (SourceMap::default(), Diagnostics::default());
     let mut tables = read(request, session.files, &mut sources, &mut diagnostics);
     if diagnostics.check().is_err() {
@@ -79,7 +82,8 @@ pub fn screen(request: &ScreenRequest, session: Session<'_>) -> Result<Screening
         of_model = Some(digest);
         session.spare(&sources)?;
         let system = dgd_execute::LoadedSystem::new(compiled.program);
-        let model = Model { system: &system, dae: &compiled.dae, options: Options::default() };
+        let model =
+            ScreenModel { system: &system, dae: &compiled.dae, options: Options::default() };
         let n = recordings.len();
         for (k, one) in recordings.iter_mut().enumerate() {
             session.advanced("recordings compared with the model", k, Total::Exactly(n));
@@ -90,10 +94,10 @@ pub fn screen(request: &ScreenRequest, session: Session<'_>) -> Result<Screening
     let (is_check, command) = (request.check, request.command.clone());
     let data = recordings.iter().map(|one| DataFile::new(&one.path, one.table.digest));
     let provenance = Provenance::new(session, of_model, data.collect());
-    Ok(Screenings { recordings, provenance, is_check, command })
+    Ok(ScreeningResults { recordings, provenance, is_check, command })
 }
 
-impl Screenings {
+impl ScreeningResults {
     /// For programs.
     pub fn to_json(&self) -> Value {
         let mut result = json::to_json(&self.recordings);
@@ -138,18 +142,18 @@ impl Screenings {
     }
 
     /// The outcome: with `check`, a failure if there are faults.
-    pub fn ended(&self) -> Ended {
+    pub fn ended(&self) -> TaskEnd {
         let faults: usize = self.recordings.iter().map(|one| one.count(Severity::Fault)).sum();
         match faults {
-            0 => Ended::Done,
-            _ if !self.is_check => Ended::Done,
-            1 => Ended::Found("one fault was found".to_owned()),
-            n => Ended::Found(format!("{n} faults were found")),
+            0 => TaskEnd::Done,
+            _ if !self.is_check => TaskEnd::Done,
+            1 => TaskEnd::Found("one fault was found".to_owned()),
+            n => TaskEnd::Found(format!("{n} faults were found")),
         }
     }
 }
 
-impl Serialize for Screenings {
+impl Serialize for ScreeningResults {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
         self.to_json().serialize(serializer)
     }
@@ -158,7 +162,7 @@ impl Serialize for Screenings {
 /// A recording with all findings.
 #[derive(Debug)]
 #[non_exhaustive]
-pub struct Screened {
+pub struct ScreenedRecording {
     /// Its file.
     pub path: PathBuf,
     /// Its contents.
@@ -169,7 +173,7 @@ pub struct Screened {
     pub notices: Vec<Notice>,
 }
 
-impl Screened {
+impl ScreenedRecording {
     /// Seconds since the first sample.
     pub fn times(&self) -> &[f64] {
         self.table.time.as_deref().unwrap_or_default()
@@ -183,7 +187,7 @@ impl Screened {
 
 /// Options of the request in addition to the files.
 #[derive(Debug, Default)]
-struct Wishes {
+struct ScreenSettings {
     /// Names of columns that measure the same quantity.
     pub same: Vec<[String; 2]>,
     pub window: Option<f64>,
@@ -213,7 +217,10 @@ fn read(
 }
 
 /// The options, with existing names.
-fn wishes(request: &ScreenRequest, tables: &[(PathBuf, DataTable)]) -> Result<Wishes, WorkError> {
+fn wishes(
+    request: &ScreenRequest,
+    tables: &[(PathBuf, DataTable)],
+) -> Result<ScreenSettings, WorkError> {
     let mut known: Vec<&str> =
         tables.iter().flat_map(|(_, table)| &table.columns).map(|c| c.name.as_str()).collect();
     known.sort_unstable();
@@ -262,16 +269,16 @@ fn wishes(request: &ScreenRequest, tables: &[(PathBuf, DataTable)]) -> Result<Wi
         };
         rest.push((verify("--rest", name)?, rate));
     }
-    Ok(Wishes { same, window: request.window, rest })
+    Ok(ScreenSettings { same, window: request.window, rest })
 }
 
 /// Screens recordings, in which columns of one name, or of one quantity, have one unit. A conclusion from one recording
 /// about two columns with similar names holds for all.
 fn screen_all(
     tables: Vec<(PathBuf, DataTable)>,
-    wishes: &Wishes,
-    session: Session<'_>,
-) -> Vec<Screened> {
+    wishes: &ScreenSettings,
+    session: TaskContext<'_>,
+) -> Vec<ScreenedRecording> {
     let units: Vec<Vec<String>> = tables
         .iter()
         .map(|(_, table)| table.columns.iter().map(|c| unit_of(c.unit.as_ref())).collect())
@@ -326,7 +333,7 @@ fn screen_all(
         .map(|((path, table), screening)| {
             let mut notices = of_reading(&table);
             notices.extend(screening.findings.iter().map(|f| notice::notice(&table, f)));
-            Screened { path, table, screening, notices }
+            ScreenedRecording { path, table, screening, notices }
         })
         .collect()
 }

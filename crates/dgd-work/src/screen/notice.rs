@@ -6,7 +6,7 @@ use dgd_runtime::signature::number::short;
 use dgd_screen::redundant::Kinship;
 use dgd_screen::{ChannelFault, Estimate, Finding, Severity, TimeStretch};
 
-use crate::output::quantity::{Quantity, with_unit};
+use crate::output::quantity::{UncertainValue, with_unit};
 use crate::output::table::significant;
 
 /// A finding in words.
@@ -42,7 +42,7 @@ pub struct Amount {
 }
 
 impl Amount {
-    pub(super) fn of(estimate: &Estimate, unit: &str) -> Amount {
+    pub(super) fn from_estimate(estimate: &Estimate, unit: &str) -> Amount {
         let half_width = Some(estimate.half_width());
         Amount { value: estimate.value, half_width, unit: unit.to_owned() }
     }
@@ -63,7 +63,7 @@ impl Amount {
 
     fn shown(&self, value: f64) -> String {
         let number = match self.half_width {
-            Some(half) if half > 0.0 => Quantity::new(value, half).to_string(),
+            Some(half) if half > 0.0 => UncertainValue::new(value, half).to_string(),
             _ => reading(value),
         };
         format!("{number} {}", self.unit).trim_end().to_owned()
@@ -103,7 +103,7 @@ pub(super) fn notice(table: &DataTable, finding: &Finding) -> Notice {
     let unit = columns.first().and_then(|column| column.unit.as_ref());
     let (unit, apart) = (unit_of(unit), difference_unit(unit));
     let rows = table.len();
-    let Said { kind, mut text, advice, amount } =
+    let NoticeText { kind, mut text, advice, amount } =
         said(&finding.fault, [name(0), name(1)], &unit, &apart, rows);
     if kind == "frozen" && finding.stretches.len() > 1 {
         let times = finding.stretches.len();
@@ -121,7 +121,7 @@ pub(super) fn notice(table: &DataTable, finding: &Finding) -> Notice {
     }
 }
 
-struct Said {
+struct NoticeText {
     kind: &'static str,
     text: String,
     advice: String,
@@ -134,8 +134,8 @@ fn said(
     unit: &str,
     apart: &str,
     rows: usize,
-) -> Said {
-    let say = |kind, text: String, advice: &str, amount: Option<Amount>| Said {
+) -> NoticeText {
+    let say = |kind, text: String, advice: &str, amount: Option<Amount>| NoticeText {
         kind,
         text,
         advice: advice.to_owned(),
@@ -256,7 +256,7 @@ fn said(
             None,
         ),
         ChannelFault::Offset { offset, kinship } => {
-            let amount = Amount::of(offset, apart);
+            let amount = Amount::from_estimate(offset, apart);
             let than = if offset.value > 0.0 { "more" } else { "less" };
             let (why, advice) = match kinship {
                 Kinship::Moving => ("", "give a MODEL to see which is off; else average them"),
@@ -269,7 +269,7 @@ fn said(
             say("offset", text, advice, Some(amount))
         }
         ChannelFault::Odd(offset) => {
-            let amount = Amount::of(offset, apart);
+            let amount = Amount::from_estimate(offset, apart);
             let than = if offset.value > 0.0 { "more" } else { "less" };
             say(
                 "odd_one",
@@ -297,7 +297,7 @@ fn said(
                 std_error: 3600.0 * rate.std_error,
                 ..*rate
             };
-            let amount = Amount::of(&hourly, &format!("{apart}/h"));
+            let amount = Amount::from_estimate(&hourly, &format!("{apart}/h"));
             say(
                 "drift",
                 format!("`{other}` drifts by {} from `{one}`", amount.signed()),
@@ -318,7 +318,7 @@ fn said(
         ChannelFault::Lag(late) => {
             let (late_one, early, value) =
                 if late.value > 0.0 { (other, one, late.value) } else { (one, other, -late.value) };
-            let amount = Amount::of(&Estimate { value, ..*late }, "s");
+            let amount = Amount::from_estimate(&Estimate { value, ..*late }, "s");
             say(
                 "late",
                 format!("`{late_one}` is {} late behind `{early}`", amount.size()),

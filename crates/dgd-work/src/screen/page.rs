@@ -5,7 +5,7 @@ use dgd_page::{ChartLink, HeadlineTone, Markup, Page};
 use dgd_screen::Severity;
 
 use super::notice::{reading, unit_of};
-use super::{Screened, Screenings, figure, summary};
+use super::{ScreenedRecording, ScreeningResults, figure, summary};
 use crate::error::WorkError;
 use crate::output::page::origin;
 use crate::output::quantity::{short, with_unit};
@@ -16,11 +16,11 @@ const LISTED: usize = 8;
 /// Data of the template, which escapes all text except the figures.
 #[derive(Template)]
 #[template(path = "screen.html")]
-struct Body {
-    recordings: Vec<Recording>,
+struct ScreenPage {
+    recordings: Vec<PageRecording>,
 }
 
-struct Recording {
+struct PageRecording {
     file: String,
     verdict: String,
     /// Kind of row, subject, text, time, significance, advice.
@@ -33,7 +33,7 @@ struct Recording {
 }
 
 /// The page's text.
-pub(super) fn write(all: &Screenings) -> Result<String, WorkError> {
+pub(super) fn write(all: &ScreeningResults) -> Result<String, WorkError> {
     let faults: usize = all.recordings.iter().map(|one| one.count(Severity::Fault)).sum();
     let (headline, tone) = match faults {
         0 => ("No fault was found".to_owned(), HeadlineTone::Good),
@@ -44,7 +44,7 @@ pub(super) fn write(all: &Screenings) -> Result<String, WorkError> {
     let kind = Markup::text("Recordings, screened");
     page.push_header(&kind, &Markup::text(&headline), tone, &[]);
     let recordings = all.recordings.iter().map(|one| recording(one, &mut page)).collect();
-    let body = Body { recordings };
+    let body = ScreenPage { recordings };
     let body = body
         .render()
         .map_err(|error| WorkError::Found(format!("cannot write the report: {error}")))?;
@@ -52,7 +52,7 @@ pub(super) fn write(all: &Screenings) -> Result<String, WorkError> {
     Ok(page.finish(&origin(&all.provenance, &all.command)))
 }
 
-fn recording(one: &Screened, page: &mut Page) -> Recording {
+fn recording(one: &ScreenedRecording, page: &mut Page) -> PageRecording {
     let mut findings = Vec::new();
     for weight in [Severity::Fault, Severity::Remark] {
         for notice in one.notices.iter().filter(|notice| notice.weight == weight) {
@@ -108,7 +108,7 @@ fn recording(one: &Screened, page: &mut Page) -> Recording {
         .collect();
     let file = one.path.display().to_string();
     let caption = Markup::text("All columns; stretches with a fault are shaded.");
-    Recording {
+    PageRecording {
         verdict: summary::verdict(one),
         findings,
         columns,

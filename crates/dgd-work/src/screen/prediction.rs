@@ -6,8 +6,8 @@
 use dgd_runtime::{EvaluationPoint, Inputs, Parameter, Problem, System, start_from_outputs};
 use dgd_screen::{Estimate, SteadyPeriod, mean};
 
-use super::Screened;
-use super::against_model::{Columns, Model};
+use super::ScreenedRecording;
+use super::against_model::{ModelColumns, ScreenModel};
 
 /// Parameters are moved by this share to test the dependence on them.
 const MOVED: f64 = 0.1;
@@ -17,24 +17,24 @@ const UNDETERMINED: f64 = 0.01;
 const TRIED: usize = 8;
 
 /// The predicted value of an output, and its uncertainty.
-pub(super) struct Predicted {
+pub(super) struct PredictedOutput {
     pub(super) value: f64,
     pub(super) doubt: f64,
 }
 
-impl Model<'_> {
+impl ScreenModel<'_> {
     /// The least uncertain prediction of an output, with the means that `means` computes from the same samples.
     pub(super) fn best_prediction<'s>(
         &self,
-        one: &'s Screened,
-        columns: &Columns,
+        one: &'s ScreenedRecording,
+        columns: &ModelColumns,
         output: usize,
         means: impl Fn((usize, usize)) -> Option<Vec<Estimate>>,
-    ) -> Option<(Predicted, Vec<Estimate>, &'s SteadyPeriod)> {
+    ) -> Option<(PredictedOutput, Vec<Estimate>, &'s SteadyPeriod)> {
         let mut stretches: Vec<&SteadyPeriod> = one.screening.motion.steady.iter().collect();
         let length = |s: &SteadyPeriod| s.stretch.until - s.stretch.from;
         stretches.sort_by(|a, b| length(b).total_cmp(&length(a)));
-        let mut best: Option<(Predicted, Vec<Estimate>, &SteadyPeriod)> = None;
+        let mut best: Option<(PredictedOutput, Vec<Estimate>, &SteadyPeriod)> = None;
         for steady in stretches.into_iter().take(TRIED) {
             let (Some(means), Some(predicted)) =
                 (means(steady.samples), self.predicted(columns, steady.samples, output))
@@ -51,10 +51,10 @@ impl Model<'_> {
     /// The prediction of an output in a steady interval from the other outputs, SI.
     fn predicted(
         &self,
-        columns: &Columns,
+        columns: &ModelColumns,
         samples: (usize, usize),
         output: usize,
-    ) -> Option<Predicted> {
+    ) -> Option<PredictedOutput> {
         let (first, last) = samples;
         let known = self.known_outputs();
         let u: Vec<f64> = columns
@@ -94,7 +94,7 @@ impl Model<'_> {
         // A value that depends on the initial guess is not determined by the other outputs.
         let moved = self.output_at(&u, &p, &measured, Some(MOVED), output)?;
         ((moved - value).abs() <= UNDETERMINED * self.noise()[output])
-            .then_some(Predicted { value, doubt })
+            .then_some(PredictedOutput { value, doubt })
     }
 
     /// An output where the model's outputs equal the measured ones; initial values are first moved by a share of

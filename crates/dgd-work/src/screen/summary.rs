@@ -6,14 +6,14 @@ use std::path::Path;
 use dgd_screen::Severity;
 
 use super::notice::{reading, unit_of};
-use super::{Screened, quoted};
+use super::{ScreenedRecording, quoted};
 use crate::output::table::{push_table, significant};
 
 /// Intervals listed in a line.
 const LISTED: usize = 4;
 
 /// The findings of each recording, then its columns in numbers.
-pub(crate) fn text(screened: &[Screened], folder: Option<&Path>) -> String {
+pub(crate) fn text(screened: &[ScreenedRecording], folder: Option<&Path>) -> String {
     let mut text = String::new();
     for (at, one) in screened.iter().enumerate() {
         if at > 0 {
@@ -28,7 +28,7 @@ pub(crate) fn text(screened: &[Screened], folder: Option<&Path>) -> String {
     text
 }
 
-fn push(text: &mut String, one: &Screened) -> std::fmt::Result {
+fn push(text: &mut String, one: &ScreenedRecording) -> std::fmt::Result {
     let seconds = one.times().last().copied().unwrap_or(0.0);
     let rows = one.table.len();
     writeln!(text, "{}: {rows} rows over {} s", one.path.display(), reading(seconds))?;
@@ -62,7 +62,7 @@ fn push(text: &mut String, one: &Screened) -> std::fmt::Result {
 }
 
 /// The verdict in a sentence.
-pub(super) fn verdict(one: &Screened) -> String {
+pub(super) fn verdict(one: &ScreenedRecording) -> String {
     let count = |n: usize, word: &str| match n {
         1 => format!("1 {word}"),
         n => format!("{n} {word}s"),
@@ -77,7 +77,7 @@ pub(super) fn verdict(one: &Screened) -> String {
 }
 
 /// Columns in numbers: range, mean, noise and step.
-pub(super) fn columns(one: &Screened) -> Vec<[String; 8]> {
+pub(super) fn columns(one: &ScreenedRecording) -> Vec<[String; 8]> {
     let head = ["column", "unit", "values", "least", "mean", "most", "noise", "step"];
     let mut rows = vec![head.map(str::to_owned)];
     for (column, summary) in one.table.columns.iter().zip(&one.screening.channels) {

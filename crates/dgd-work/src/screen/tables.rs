@@ -2,11 +2,11 @@
 
 use dgd_data::cell::{push_number, quoted};
 
-use super::Screened;
+use super::ScreenedRecording;
 
 /// Each steady interval with the mean of every column and its standard error, over the columns of all recordings.
 /// Without a time column the rows are independent, as fits of static models expect.
-pub(super) fn steady(screened: &[Screened]) -> String {
+pub(super) fn steady(screened: &[ScreenedRecording]) -> String {
     let mut heads: Vec<(String, String)> = Vec::new();
     for column in screened.iter().flat_map(|one| &one.table.columns) {
         let unit = column.unit.as_ref().map_or(String::new(), |unit| format!(" [{}]", unit.symbol));

@@ -10,17 +10,17 @@ use dgd_runtime::{Direction, Observations, Signature, Solution, Unit};
 use serde::{Serialize, Serializer};
 use serde_json::{Value, json};
 
-use crate::error::{Ended, WorkError, meant};
+use crate::error::{TaskEnd, WorkError, meant};
 use crate::model::{Compilation, LoadedModel};
 use crate::output::columns::{is_share, quotient};
-use crate::output::figure::{self, Line, Subject};
+use crate::output::figure::{self, PanelLine, PanelSubject};
 use crate::output::provenance::Provenance;
-use crate::output::{Kind, NamedColumn, TimeTable};
+use crate::output::{ColumnKind, NamedColumn, TimeTable};
 use crate::request::SensitivityRequest;
 use crate::run::jumps::tell_jumps;
 use crate::run::under_way::{stopped_by, told};
-use crate::run::{Reached, Run};
-use crate::session::Session;
+use crate::run::{ModelRun, PartialRun};
+use crate::session::TaskContext;
 use crate::simulate::SolutionFacts;
 
 /// Derivatives over time.
@@ -38,11 +38,11 @@ pub struct Sensitivities {
     /// Statistics of the solution, and its events.
     pub solution: SolutionFacts,
     /// Intervals in which a derivative is undefined.
-    pub undefined: Vec<Undefined>,
+    pub undefined: Vec<UndefinedInterval>,
     /// Thresholds at which the run began, where derivatives are one-sided.
-    pub one_sided: Vec<OneSided>,
+    pub one_sided: Vec<OneSidedThreshold>,
     /// The comparison with differences, if requested.
-    pub verification: Option<verify::Report>,
+    pub verification: Option<verify::VerificationReport>,
     /// Why it did not reach the end.
     pub stopped: Option<String>,
     /// Whether it was cancelled.
@@ -55,7 +55,7 @@ pub struct Sensitivities {
 
 /// An interval in which derivatives are undefined.
 #[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct Undefined {
+pub struct UndefinedInterval {
     /// When it begins, s.
     pub from: f64,
     /// When it ends, s.
@@ -66,7 +66,7 @@ pub struct Undefined {
 
 /// A threshold at which the run began.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
-pub struct OneSided {
+pub struct OneSidedThreshold {
     /// The change at the threshold.
     pub threshold: String,
     /// Parameters and initial values whose derivatives are one-sided.
@@ -75,7 +75,7 @@ pub struct OneSided {
 
 /// Something that can be differentiated.
 #[derive(Debug, Clone, Copy)]
-enum Of {
+enum DifferentiableQuantity {
     /// An unknown, by index.
     Unknown(usize),
     /// An output, by index.
@@ -89,13 +89,13 @@ enum Of {
 /// [`WorkError`]. A run that ends early returns a result with the reason.
 pub fn sensitivity(
     request: &SensitivityRequest,
-    session: Session<'_>,
+    session: TaskContext<'_>,
 ) -> Result<Sensitivities, WorkError> {
     let (loaded, of) = load(request, session)?;
-    let run = Run::prepare(&request.run, loaded, session)?;
+    let run = ModelRun::prepare(&request.run, loaded, session)?;
     session.listener.begins(false);
     let reached = told(session, run.span(), || run.simulate_with_sensitivities());
-    let Reached { solution, observations, stopped } = reached?;
+    let PartialRun { solution, observations, stopped } = reached?;
     tell_jumps(run.signature(), &solution, session);
     for fold in &solution.folds {
         session.remark(&format!("note: {fold}"));
@@ -124,20 +124,20 @@ pub fn sensitivity(
     };
     session.listener.ends();
     let pairs = pairs(&run, &solution, &observations, &of, request.scaled);
-    let trajectory = |of: &Of| {
+    let trajectory = |of: &DifferentiableQuantity| {
         let (name, unit) = of.name_and_unit(run.signature());
         let kind = match of {
-            Of::Unknown(_) => Kind::Unknown,
-            Of::Output(_) => Kind::Output,
+            DifferentiableQuantity::Unknown(_) => ColumnKind::Unknown,
+            DifferentiableQuantity::Output(_) => ColumnKind::Output,
         };
         NamedColumn::new(&name, unit, kind, of.values(&solution, &observations))
     };
-    let undefined = solution.undefined.iter().map(|stretch| Undefined {
+    let undefined = solution.undefined.iter().map(|stretch| UndefinedInterval {
         from: stretch.from,
         until: stretch.until,
         equation: stretch.equation.clone(),
     });
-    let one_sided = solution.one_sided.iter().map(|start| OneSided {
+    let one_sided = solution.one_sided.iter().map(|start| OneSidedThreshold {
         threshold: start.threshold.clone(),
         directions: start.directions.clone(),
     });
@@ -145,18 +145,18 @@ pub fn sensitivity(
         model: run.signature().name.to_string(),
         trajectories: of.iter().map(trajectory).collect(),
         method: run.options.method.name,
-        solution: SolutionFacts::of(&solution),
+        solution: SolutionFacts::from_solution(&solution),
         undefined: undefined.collect(),
         one_sided: one_sided.collect(),
         verification,
         stopped,
         is_interrupted,
         provenance: run.provenance.clone(),
-        titles: pairs.iter().map(Pair::title).collect(),
+        titles: pairs.iter().map(DerivativePair::title).collect(),
         table: TimeTable {
             times: solution.times.clone(),
             epoch: run.epoch,
-            columns: pairs.into_iter().map(Pair::column).collect(),
+            columns: pairs.into_iter().map(DerivativePair::column).collect(),
         },
     })
 }
@@ -189,13 +189,13 @@ impl Sensitivities {
     }
 
     /// The outcome; a derivative that differs from its difference is a failure.
-    pub fn ended(&self) -> Ended {
+    pub fn ended(&self) -> TaskEnd {
         if let Some(error) = &self.stopped {
-            let ended = if self.is_interrupted { Ended::Interrupted } else { Ended::Stopped };
+            let ended = if self.is_interrupted { TaskEnd::Interrupted } else { TaskEnd::Stopped };
             return ended(error.clone());
         }
-        let wrong = self.verification.as_ref().and_then(verify::Report::wrong);
-        wrong.map_or(Ended::Done, Ended::Stopped)
+        let wrong = self.verification.as_ref().and_then(verify::VerificationReport::wrong);
+        wrong.map_or(TaskEnd::Done, TaskEnd::Stopped)
     }
 
     /// Its page, with the command that reproduces it.
@@ -205,10 +205,10 @@ impl Sensitivities {
 
     /// For each quantity its trajectory, then its derivatives.
     pub fn figure(&self) -> Figure {
-        let subject = |column: &NamedColumn, title: MathText| Subject {
+        let subject = |column: &NamedColumn, title: MathText| PanelSubject {
             title,
             unit: column.unit.symbol.to_string(),
-            lines: vec![Line {
+            lines: vec![PanelLine {
                 name: MathText::default(),
                 times: self.table.times.clone(),
                 values: column.in_unit(),
@@ -234,13 +234,17 @@ impl Serialize for Sensitivities {
 }
 
 /// The quantities to compare with differences: those of `--of`, or all.
-fn compared(request: &SensitivityRequest, run: &Run, of: &[Of]) -> Vec<verify::Of> {
+fn compared(
+    request: &SensitivityRequest,
+    run: &ModelRun,
+    of: &[DifferentiableQuantity],
+) -> Vec<verify::VerifiedQuantity> {
     if request.of.is_empty() {
-        return verify::Of::all(run.signature());
+        return verify::VerifiedQuantity::all(run.signature());
     }
     let compared = of.iter().map(|of| match *of {
-        Of::Unknown(i) => verify::Of::Unknown(i),
-        Of::Output(i) => verify::Of::Output(i),
+        DifferentiableQuantity::Unknown(i) => verify::VerifiedQuantity::Unknown(i),
+        DifferentiableQuantity::Output(i) => verify::VerifiedQuantity::Output(i),
     });
     compared.collect()
 }
@@ -248,8 +252,8 @@ fn compared(request: &SensitivityRequest, run: &Run, of: &[Of]) -> Vec<verify::O
 /// Compiles the model with sensitivities to `--to`, and resolves the names of `--of`.
 fn load(
     request: &SensitivityRequest,
-    session: Session<'_>,
-) -> Result<(LoadedModel, Vec<Of>), WorkError> {
+    session: TaskContext<'_>,
+) -> Result<(LoadedModel, Vec<DifferentiableQuantity>), WorkError> {
     let mut compilation = Compilation::new(session.files);
     let options = compilation.options(&request.run.choices)?;
     let directions = if request.to.is_empty() {
@@ -274,8 +278,10 @@ fn load(
     let mut quantities = Vec::new();
     for name in &request.of {
         let name = compilation.name("--of", name.trim());
-        let quantity = unknown(&name.text).map(Of::Unknown);
-        if let Some(quantity) = quantity.or_else(|| output(&name.text).map(Of::Output)) {
+        let quantity = unknown(&name.text).map(DifferentiableQuantity::Unknown);
+        if let Some(quantity) =
+            quantity.or_else(|| output(&name.text).map(DifferentiableQuantity::Output))
+        {
             quantities.push(quantity);
             continue;
         }
@@ -295,29 +301,35 @@ fn load(
     if quantities.is_empty() {
         let unknowns = signature.unknowns.single.iter().enumerate();
         let shown = unknowns.filter(|(_, unknown)| !is_share(&unknown.name));
-        quantities.extend(shown.map(|(i, _)| Of::Unknown(i)));
+        quantities.extend(shown.map(|(i, _)| DifferentiableQuantity::Unknown(i)));
         // An output that equals an unknown would only repeat it in another unit.
         let others = outputs.iter().enumerate();
         let single = signature.unknowns.single.len();
         let is_new = |name: &str| unknown(name).is_none_or(|i| i >= single);
-        quantities.extend(others.filter(|(_, x)| is_new(x)).map(|(i, _)| Of::Output(i)));
+        quantities.extend(
+            others.filter(|(_, x)| is_new(x)).map(|(i, _)| DifferentiableQuantity::Output(i)),
+        );
     }
     Ok((LoadedModel::new(compiled, compilation.sources, changed), quantities))
 }
 
-impl Of {
+impl DifferentiableQuantity {
     fn name_and_unit(self, signature: &Signature) -> (String, &Unit) {
         match self {
-            Of::Unknown(i) => (signature.unknowns.name(i).into_owned(), signature.unknowns.unit(i)),
-            Of::Output(i) => (signature.outputs[i].name.to_string(), &signature.outputs[i].unit),
+            DifferentiableQuantity::Unknown(i) => {
+                (signature.unknowns.name(i).into_owned(), signature.unknowns.unit(i))
+            }
+            DifferentiableQuantity::Output(i) => {
+                (signature.outputs[i].name.to_string(), &signature.outputs[i].unit)
+            }
         }
     }
 
     /// Its values in SI.
     fn values(self, solution: &Solution, observations: &Observations) -> Vec<f64> {
         let value = |k| match self {
-            Of::Unknown(i) => solution.y(k)[i],
-            Of::Output(i) => observations.w(k)[i],
+            DifferentiableQuantity::Unknown(i) => solution.y(k)[i],
+            DifferentiableQuantity::Output(i) => observations.w(k)[i],
         };
         (0..solution.len()).map(value).collect()
     }
@@ -325,15 +337,15 @@ impl Of {
     /// Its derivatives in the j-th direction, SI.
     fn derivatives(self, solution: &Solution, observations: &Observations, j: usize) -> Vec<f64> {
         let derivative = |k| match self {
-            Of::Unknown(i) => solution.s(k)[j * solution.n + i],
-            Of::Output(i) => observations.dw(k)[j * observations.n_w + i],
+            DifferentiableQuantity::Unknown(i) => solution.s(k)[j * solution.n + i],
+            DifferentiableQuantity::Output(i) => observations.dw(k)[j * observations.n_w + i],
         };
         (0..solution.len()).map(derivative).collect()
     }
 }
 
 /// The derivative of one quantity with respect to one parameter.
-struct Pair {
+struct DerivativePair {
     of: String,
     to: String,
     scaled: bool,
@@ -342,11 +354,11 @@ struct Pair {
     values: Vec<f64>,
 }
 
-impl Pair {
+impl DerivativePair {
     fn column(self) -> NamedColumn {
         let derivative = format!("d({})/d({})", self.of, self.to);
         let name = if self.scaled { format!("{}*{derivative}", self.to) } else { derivative };
-        NamedColumn { name, unit: self.unit, kind: Kind::Derivative, values: self.values }
+        NamedColumn { name, unit: self.unit, kind: ColumnKind::Derivative, values: self.values }
     }
 
     fn title(&self) -> MathText {
@@ -360,12 +372,12 @@ impl Pair {
 }
 
 fn pairs(
-    run: &Run,
+    run: &ModelRun,
     solution: &Solution,
     observations: &Observations,
-    of: &[Of],
+    of: &[DifferentiableQuantity],
     scaled: bool,
-) -> Vec<Pair> {
+) -> Vec<DerivativePair> {
     let signature = run.signature();
     let mut pairs = Vec::new();
     for of in of {
@@ -385,7 +397,7 @@ fn pairs(
                 quotient(unit, signature.direction_unit(j))
             };
             let (of, to) = (name.clone(), signature.direction_name(j).into_owned());
-            pairs.push(Pair { of, to, scaled, unit, values });
+            pairs.push(DerivativePair { of, to, scaled, unit, values });
         }
     }
     pairs
@@ -395,7 +407,7 @@ fn pairs(
 mod tests {
     use super::*;
     use crate::request::RunRequest;
-    use crate::session::Silent;
+    use crate::session::SilentReporter;
 
     /// Verifies a run's sensitivities, scaled by a factor and shifted by an offset in units of the largest.
     fn verified(factor: f64, off: f64) -> Result<Option<String>, WorkError> {
@@ -405,16 +417,16 @@ mod tests {
         let mut run = RunRequest::new(model);
         run.data = Some(data.into());
         let request = SensitivityRequest::new(run);
-        let session = Session::new(&Silent);
+        let session = TaskContext::new(&SilentReporter);
         let (loaded, of) = load(&request, session)?;
-        let run = Run::prepare(&request.run, loaded, session)?;
+        let run = ModelRun::prepare(&request.run, loaded, session)?;
         let mut reached = run.simulate_with_sensitivities()?;
         let s = &mut reached.solution.s;
         let largest = s.iter().fold(0.0, |largest: f64, s| largest.max(s.abs()));
         for s in s.iter_mut() {
             *s = factor * *s + off * largest;
         }
-        let Reached { solution, observations, .. } = reached;
+        let PartialRun { solution, observations, .. } = reached;
         let compared = compared(&request, &run, &of);
         Ok(verify::against_differences(&run, &solution, &observations, &compared, session)?.wrong())
     }

@@ -3,7 +3,7 @@
 use dgd_page::{HeadlineTone, Markup, Page, PageCell, PageTable};
 
 use super::Sensitivities;
-use super::verify::Report;
+use super::verify::VerificationReport;
 use crate::output::page::{TIME, number, origin, unit};
 use crate::output::quantity::short;
 
@@ -15,7 +15,7 @@ pub(super) fn write(found: &Sensitivities, command: &str) -> String {
     let chart = page.chart(&found.figure(), TIME, &Markup::default());
     page.push_section("Over time", &[chart]);
     page.push_section("Where a derivative is not defined", &[undefined(found)]);
-    let verified = found.verification.as_ref().map(Report::to_text);
+    let verified = found.verification.as_ref().map(VerificationReport::to_text);
     let verified = verified.map(|text| {
         Markup::trusted(format!("<pre tabindex=\"0\">{}</pre>\n", Markup::text(&text)))
     });
@@ -27,7 +27,7 @@ fn headline(found: &Sensitivities) -> (String, HeadlineTone) {
     if let Some(error) = &found.stopped {
         return (format!("The run stopped: {error}"), HeadlineTone::Doubt);
     }
-    if let Some(wrong) = found.verification.as_ref().and_then(Report::wrong) {
+    if let Some(wrong) = found.verification.as_ref().and_then(VerificationReport::wrong) {
         return (wrong, HeadlineTone::Doubt);
     }
     let names: Vec<String> =

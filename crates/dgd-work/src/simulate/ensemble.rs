@@ -12,16 +12,16 @@ use dgd_runtime::ensemble::{Member, Trajectory, members_at_a_time};
 use dgd_runtime::{IntegrateError, Statistics, Unit, side};
 use serde_json::{Value, json};
 
-use crate::error::{Ended, WorkError};
-use crate::model::sets::{self, Set};
+use crate::error::{TaskEnd, WorkError};
+use crate::model::sets::{self, ParameterSet};
 use crate::model::{LoadedModel, load};
 use crate::output::columns::{in_unit, is_added, is_element, is_share};
 use crate::output::page;
 use crate::output::provenance::DataFile;
-use crate::request::{SimulateRequest, Start};
-use crate::run::Run;
-use crate::run::memory::{self, Needs};
-use crate::session::Session;
+use crate::request::{SimulateRequest, StartChoice};
+use crate::run::ModelRun;
+use crate::run::memory::{self, MemoryNeeds};
+use crate::session::TaskContext;
 
 /// Sets that a thread runs before their rows are written.
 const BLOCK: usize = 64;
@@ -30,44 +30,53 @@ const MOST_TOLD: usize = 5;
 
 /// A quantity in the result.
 #[derive(Debug)]
-struct Shown {
+struct ShownQuantity {
     name: String,
     unit: Unit,
-    of: Of,
+    of: QuantitySource,
 }
 
 /// Source of a quantity.
 #[derive(Debug, Clone, Copy)]
-enum Of {
+enum QuantitySource {
     Input(usize),
     Unknown(usize),
     Output(usize),
 }
 
 /// Time series in the order of a single run: inputs, states, outputs.
-fn shown(run: &Run) -> Vec<Shown> {
+fn shown(run: &ModelRun) -> Vec<ShownQuantity> {
     let signature = run.signature();
-    let one = |name: &str, unit: &Unit, of| Shown { name: name.to_owned(), unit: unit.clone(), of };
+    let one = |name: &str, unit: &Unit, of| ShownQuantity {
+        name: name.to_owned(),
+        unit: unit.clone(),
+        of,
+    };
     let inputs = signature.inputs.iter().enumerate();
     let is_output = |name: &str| signature.outputs.iter().any(|output| output.name == name);
     let unknowns = (signature.unknowns.iter().enumerate())
         .filter(|(_, unknown)| !is_element(&unknown.name) && !is_share(&unknown.name))
         .filter(|(_, unknown)| !is_output(&unknown.name));
     let outputs = signature.outputs.iter().enumerate();
-    (inputs.map(|(i, input)| one(&input.name, &input.unit, Of::Input(i))))
-        .chain(unknowns.map(|(i, unknown)| one(&unknown.name, &unknown.unit, Of::Unknown(i))))
-        .chain(outputs.map(|(i, output)| one(&output.name, &output.unit, Of::Output(i))))
+    (inputs.map(|(i, input)| one(&input.name, &input.unit, QuantitySource::Input(i))))
+        .chain(
+            unknowns
+                .map(|(i, unknown)| one(&unknown.name, &unknown.unit, QuantitySource::Unknown(i))),
+        )
+        .chain(
+            outputs.map(|(i, output)| one(&output.name, &output.unit, QuantitySource::Output(i))),
+        )
         .collect()
 }
 
 /// The runs of many sets, and their outcomes so far.
 ///
 /// They are run block by block, so that memory holds no more of them than the caller keeps.
-pub struct Ensemble {
-    run: Run,
-    sets: Vec<Set>,
+pub struct EnsembleRuns {
+    run: ModelRun,
+    sets: Vec<ParameterSet>,
     threads: usize,
-    shown: Vec<Shown>,
+    shown: Vec<ShownQuantity>,
     statistics: Statistics,
     written: usize,
     /// Numbers of failed sets, from 1, and the reasons.
@@ -83,32 +92,32 @@ pub struct Ensemble {
 /// Values of an ensemble to keep in memory, whether or not they are written.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 #[non_exhaustive]
-pub struct Hold {
-    /// Values for [`Ensemble::to_json`].
+pub struct EnsembleStorage {
+    /// Values for [`EnsembleRuns::to_json`].
     pub columns: bool,
-    /// Values for [`Ensemble::figure`].
+    /// Values for [`EnsembleRuns::figure`].
     pub figure: bool,
 }
 
-impl Hold {
+impl EnsembleStorage {
     /// Keeps these values.
     pub fn new(columns: bool, figure: bool) -> Self {
-        Hold { columns, figure }
+        EnsembleStorage { columns, figure }
     }
 }
 
-impl Ensemble {
+impl EnsembleRuns {
     /// Reads model, sets and data.
     pub(super) fn prepare(
         request: &SimulateRequest,
-        session: Session<'_>,
-    ) -> Result<Ensemble, WorkError> {
+        session: TaskContext<'_>,
+    ) -> Result<EnsembleRuns, WorkError> {
         let Some(table) = &request.ensemble else {
             return Err(WorkError::Usage("an ensemble needs a file of sets".to_owned()));
         };
         for (flag, is_given) in [
             ("--noise-seed", request.noise_seed.is_some()),
-            ("--start measured", request.run.solve.start == Start::Measured),
+            ("--start measured", request.run.solve.start == StartChoice::Measured),
         ] {
             if is_given {
                 return Err(WorkError::Usage(format!("`{flag}` is for a single run")));
@@ -122,10 +131,10 @@ impl Ensemble {
         else {
             return Err(WorkError::diagnosed(&diagnostics, loaded.sources));
         };
-        let mut run = Run::prepare(&request.run, loaded, session)?;
+        let mut run = ModelRun::prepare(&request.run, loaded, session)?;
         run.provenance.data.push(DataFile::new(table, sets.digest));
         let shown = shown(&run);
-        Ok(Ensemble {
+        Ok(EnsembleRuns {
             run,
             sets: sets.all,
             threads: session.threads,
@@ -154,7 +163,11 @@ impl Ensemble {
     /// # Errors
     ///
     /// It needs more memory than is free.
-    pub fn run(&mut self, hold: Hold, session: Session<'_>) -> Result<(), WorkError> {
+    pub fn run(
+        &mut self,
+        hold: EnsembleStorage,
+        session: TaskContext<'_>,
+    ) -> Result<(), WorkError> {
         self.verify_memory(self.sets.len())?;
         self.each(hold, session, |_, _| Ok(())).map_err(|error| WorkError::Found(error.to_string()))
     }
@@ -167,7 +180,7 @@ impl Ensemble {
     pub fn verify_memory(&self, held: usize) -> Result<(), WorkError> {
         let signature = self.run.signature();
         let n = signature.unknowns.len();
-        let needs = Needs {
+        let needs = MemoryNeeds {
             unknowns: n,
             kept: n,
             outputs: signature.outputs.len(),
@@ -185,8 +198,8 @@ impl Ensemble {
     /// Runs all sets, and calls `take` with the number of each and the values of all quantities.
     fn each(
         &mut self,
-        hold: Hold,
-        session: Session<'_>,
+        hold: EnsembleStorage,
+        session: TaskContext<'_>,
         mut take: impl FnMut(usize, &[Vec<f64>]) -> io::Result<()>,
     ) -> io::Result<()> {
         let Self { run, sets, threads, shown, .. } = self;
@@ -202,10 +215,10 @@ impl Ensemble {
                 .iter()
                 .map(|set| Member { p: &set.p, inputs: &run.inputs, start: &set.start })
                 .collect();
-            let values = |trajectory: &Trajectory<'_>, of: Of| match of {
-                Of::Input(i) => inputs[i].clone(),
-                Of::Unknown(i) => trajectory.unknown(i).to_vec(),
-                Of::Output(i) => trajectory.output(i).to_vec(),
+            let values = |trajectory: &Trajectory<'_>, of: QuantitySource| match of {
+                QuantitySource::Input(i) => inputs[i].clone(),
+                QuantitySource::Unknown(i) => trajectory.unknown(i).to_vec(),
+                QuantitySource::Output(i) => trajectory.output(i).to_vec(),
             };
             let outcomes =
                 run.system.reduce_members(&members, times, options, threads, |_, one| {
@@ -251,8 +264,8 @@ impl Ensemble {
     pub fn write_csv(
         &mut self,
         out: &mut (impl Write + ?Sized),
-        hold: Hold,
-        session: Session<'_>,
+        hold: EnsembleStorage,
+        session: TaskContext<'_>,
     ) -> io::Result<()> {
         let units: Vec<(String, Unit)> =
             self.shown.iter().map(|shown| (shown.name.clone(), shown.unit.clone())).collect();
@@ -313,15 +326,15 @@ impl Ensemble {
     }
 
     /// The outcome: a failure if sets failed.
-    pub fn ended(&self) -> Ended {
+    pub fn ended(&self) -> TaskEnd {
         if self.is_interrupted {
             let (done, all) = (self.written, self.sets.len());
-            return Ended::Interrupted(format!(
+            return TaskEnd::Interrupted(format!(
                 "stopped by Ctrl-C: the result has the {done} of {all} sets that were done"
             ));
         }
         if self.failed.is_empty() {
-            return Ended::Done;
+            return TaskEnd::Done;
         }
         let mut lines =
             vec![format!("{} of {} sets could not be run", self.failed.len(), self.sets.len())];
@@ -331,7 +344,7 @@ impl Ensemble {
             lines.push("  …".to_owned());
         }
         // The successful sets are written, and the JSON lists the failed ones.
-        Ended::Stopped(lines.join("\n"))
+        TaskEnd::Stopped(lines.join("\n"))
     }
 
     /// Its page, with the command that reproduces it.
@@ -362,7 +375,7 @@ fn unit(symbol: &'static str) -> Unit {
 }
 
 /// The i-th input at all times, SI.
-fn input_values(run: &Run, i: usize) -> Vec<f64> {
+fn input_values(run: &ModelRun, i: usize) -> Vec<f64> {
     let mut u = vec![0.0; run.inputs.len()];
     (0..run.times.len())
         .map(|k| {
@@ -377,7 +390,7 @@ fn gather(
     gathered: &mut Vec<Vec<f64>>,
     number: usize,
     times: &[f64],
-    shown: &[Shown],
+    shown: &[ShownQuantity],
     values: &[Vec<f64>],
 ) {
     gathered.resize(shown.len() + 2, Vec::new());
@@ -389,9 +402,9 @@ fn gather(
 }
 
 /// One panel for each state and output with the 50 % and 90 % bands of the sets.
-fn figure(run: &Run, sets: &[Vec<Vec<f64>>]) -> Figure {
+fn figure(run: &ModelRun, sets: &[Vec<Vec<f64>>]) -> Figure {
     let mut panels = Vec::new();
-    for (j, Shown { name, unit, of }) in shown(run).iter().enumerate() {
+    for (j, ShownQuantity { name, unit, of }) in shown(run).iter().enumerate() {
         if is_added(name) {
             continue;
         }
@@ -405,7 +418,7 @@ fn figure(run: &Run, sets: &[Vec<Vec<f64>>]) -> Figure {
             meaning,
             ..PlotSeries::new(MathText::plain(name), SeriesStyle::Line, times.clone(), y)
         };
-        if let Of::Input(i) = of {
+        if let QuantitySource::Input(i) = of {
             let values = in_unit(&input_values(run, *i), unit);
             panel.series.push(line(SeriesMeaning::Input(*i), name, values));
             panels.push(panel);
@@ -421,7 +434,7 @@ fn figure(run: &Run, sets: &[Vec<Vec<f64>>]) -> Figure {
             let name = MathText::plain(name);
             panel.envelopes.push(Envelope { name, around, x: times.clone(), low, high });
         }
-        if let Of::Output(i) = of
+        if let QuantitySource::Output(i) = of
             && let Some(Some(samples)) = run.measured.outputs.get(*i)
         {
             let (x, y) = (run.measured.times.clone(), in_unit(samples, unit));

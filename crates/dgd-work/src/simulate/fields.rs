@@ -4,7 +4,7 @@ use dgd_plot::{HeatMap, MathText, Panel};
 use dgd_runtime::{Signature, Solution, Unit};
 
 use crate::output::columns::{in_unit, is_added, is_element};
-use crate::output::{Kind, NamedColumn, TimeTable};
+use crate::output::{ColumnKind, NamedColumn, TimeTable};
 
 /// Smallest array drawn as a picture; the elements of smaller ones are drawn as curves.
 const FEWEST: usize = 4;
@@ -16,7 +16,7 @@ const TIMES: usize = 300;
 /// An array of unknowns over place and time.
 #[derive(Debug, Clone)]
 #[non_exhaustive]
-pub struct Field {
+pub struct SpaceTimeField {
     /// Its name.
     pub name: String,
     /// The unit of its values.
@@ -31,19 +31,19 @@ pub struct Field {
 
 /// Arrays of unknowns whose elements a run keeps.
 #[derive(Debug, Default)]
-pub(super) struct Wanted {
+pub(super) struct WantedArrays {
     /// Indices of the elements among the unknowns, array by array.
     pub(super) elements: Vec<usize>,
     arrays: Vec<(String, Unit, Vec<i64>)>,
 }
 
-impl Wanted {
+impl WantedArrays {
     /// All arrays that are large enough and not shown by an output.
-    pub(super) fn of(signature: &Signature) -> Wanted {
+    pub(super) fn collect(signature: &Signature) -> WantedArrays {
         let arrays = &signature.unknowns.arrays;
         let in_arrays: usize = arrays.iter().map(|array| array.count).sum();
         let mut first = signature.unknowns.len() - in_arrays;
-        let mut wanted = Wanted::default();
+        let mut wanted = WantedArrays::default();
         for array in arrays.iter() {
             let is_shown = || {
                 let mut outputs = signature.outputs.iter();
@@ -62,7 +62,7 @@ impl Wanted {
     }
 
     /// The kept elements in a solution, after `single` single unknowns.
-    pub(super) fn found(self, solution: &Solution, single: usize) -> Vec<Field> {
+    pub(super) fn found(self, solution: &Solution, single: usize) -> Vec<SpaceTimeField> {
         let rows = thinned(solution.len(), TIMES);
         let times: Vec<f64> = rows.iter().map(|k| solution.times[*k]).collect();
         let mut next = single;
@@ -71,7 +71,7 @@ impl Wanted {
             next = elements.end;
             let value = |i: usize, k: &usize| unit.from_si(solution.y(*k)[i]);
             let values = elements.map(|i| rows.iter().map(|k| value(i, k)).collect()).collect();
-            Field { name, times: times.clone(), values, indices, unit }
+            SpaceTimeField { name, times: times.clone(), values, indices, unit }
         });
         arrays.collect()
     }
@@ -93,7 +93,7 @@ fn thinned(count: usize, most: usize) -> Vec<usize> {
     kept
 }
 
-impl Field {
+impl SpaceTimeField {
     fn panel(&self) -> Panel {
         let places = self.indices.iter().map(|i| *i as f64).collect();
         panel(&self.name, &self.unit, places, self.times.clone(), self.values.clone())
@@ -111,7 +111,7 @@ fn panel(name: &str, unit: &Unit, places: Vec<f64>, x: Vec<f64>, values: Vec<Vec
 
 /// Arrays of outputs drawn as pictures, by name.
 pub(super) fn arrays_of(table: &TimeTable) -> Vec<String> {
-    let outputs = table.columns.iter().filter(|column| column.kind == Kind::Output);
+    let outputs = table.columns.iter().filter(|column| column.kind == ColumnKind::Output);
     let mut counted: Vec<(&str, usize)> = Vec::new();
     for array in outputs.filter_map(|output| base(&output.name)) {
         match counted.iter_mut().find(|(name, _)| *name == array) {
@@ -129,10 +129,14 @@ pub(super) fn is_of(output: &str, arrays: &[String]) -> bool {
 }
 
 /// A panel for each array: of unknowns, then of outputs.
-pub(super) fn panels(fields: &[Field], table: &TimeTable, arrays: &[String]) -> Vec<Panel> {
+pub(super) fn panels(
+    fields: &[SpaceTimeField],
+    table: &TimeTable,
+    arrays: &[String],
+) -> Vec<Panel> {
     let of_outputs = arrays.iter().filter_map(|array| {
         let elements: Vec<&NamedColumn> = (table.columns.iter())
-            .filter(|column| column.kind == Kind::Output && base(&column.name) == Some(array))
+            .filter(|column| column.kind == ColumnKind::Output && base(&column.name) == Some(array))
             .collect();
         let unit = &elements.first()?.unit;
         let index = |column: &NamedColumn| -> Option<f64> {
@@ -148,7 +152,7 @@ pub(super) fn panels(fields: &[Field], table: &TimeTable, arrays: &[String]) -> 
         let x = rows.iter().map(|row| table.times[*row]).collect();
         Some(panel(array, unit, places, x, values.collect()))
     });
-    fields.iter().map(Field::panel).chain(of_outputs).collect()
+    fields.iter().map(SpaceTimeField::panel).chain(of_outputs).collect()
 }
 
 #[cfg(test)]
@@ -167,7 +171,7 @@ mod tests {
     fn large_arrays_of_outputs_are_pictures_in_their_unit() {
         let unit = Unit { symbol: "bar".into(), factor: 1e5, offset: 0.0 };
         let column = |name: &str, value: f64| {
-            NamedColumn::new(name, &unit, Kind::Output, vec![value, 2.0 * value])
+            NamedColumn::new(name, &unit, ColumnKind::Output, vec![value, 2.0 * value])
         };
         let elements = (0..4).map(|i| column(&format!("p[{i}]"), f64::from(i) * 1e5));
         let others = ["q[1]", "q[2]", "r"].map(|name| column(name, 1.0));

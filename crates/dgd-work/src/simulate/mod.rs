@@ -14,37 +14,37 @@ use dgd_runtime::{IntegrateError, Observations, Solution};
 use serde::{Serialize, Serializer};
 use serde_json::{Value, json};
 
-use crate::error::{Ended, WorkError};
+use crate::error::{TaskEnd, WorkError};
 use crate::model::load;
 use crate::output::agreement::Agreement;
 use crate::output::columns::{events, in_unit, is_added, is_element, is_share, per_sample};
-use crate::output::figure::{self, Line, Subject};
+use crate::output::figure::{self, PanelLine, PanelSubject};
 use crate::output::provenance::Provenance;
 use crate::output::quantity::short;
 use crate::output::table::push_table;
-use crate::output::{Kind, NamedColumn, TimeTable};
+use crate::output::{ColumnKind, NamedColumn, TimeTable};
 use crate::request::SimulateRequest;
 use crate::result::simulate::EventEntry;
 use crate::run::jumps::tell_jumps;
 use crate::run::under_way::{stopped_by, told};
-use crate::run::{Measured, Reached, Run};
-use crate::session::Session;
+use crate::run::{MeasuredOutputs, ModelRun, PartialRun};
+use crate::session::TaskContext;
 
-pub use ensemble::{Ensemble, Hold};
-pub use fields::Field;
+pub use ensemble::{EnsembleRuns, EnsembleStorage};
+pub use fields::SpaceTimeField;
 pub use over::Sweep;
-pub use prepared::{Prepared, prepare};
+pub use prepared::{PreparedRun, prepare};
 
 /// States and outputs over time.
 #[derive(Debug, Clone)]
 #[non_exhaustive]
-pub struct Simulated {
+pub struct SimulationResult {
     /// Name of the model.
     pub model: String,
     /// Inputs, states and outputs; an output named like a state takes its column.
     pub table: TimeTable,
     /// Measurements of the outputs.
-    pub measured: Measured,
+    pub measured: MeasuredOutputs,
     /// Name of the integration method.
     pub method: &'static str,
     /// Statistics of the solution, and its events.
@@ -56,7 +56,7 @@ pub struct Simulated {
     /// The abscissa of the plots, if not time.
     pub sweep: Option<Sweep>,
     /// Arrays of unknowns that no output shows, if requested.
-    pub fields: Vec<Field>,
+    pub fields: Vec<SpaceTimeField>,
     /// Versions and digests of the inputs.
     pub provenance: Provenance,
 }
@@ -78,7 +78,7 @@ pub struct SolutionFacts {
 }
 
 impl SolutionFacts {
-    pub(crate) fn of(solution: &Solution) -> Self {
+    pub(crate) fn from_solution(solution: &Solution) -> Self {
         SolutionFacts {
             rows: solution.len(),
             steps: solution.statistics.steps,
@@ -107,19 +107,22 @@ impl SolutionFacts {
 /// # Errors
 ///
 /// [`WorkError`]. A run that ends early returns a result with the reason.
-pub fn simulate(request: &SimulateRequest, session: Session<'_>) -> Result<Simulated, WorkError> {
+pub fn simulate(
+    request: &SimulateRequest,
+    session: TaskContext<'_>,
+) -> Result<SimulationResult, WorkError> {
     let loaded =
         load(&request.run.model, &request.run.choices, &SensitivityDirections::None, session)?;
-    let mut run = Run::prepare(&request.run, loaded, session)?;
-    let mut sweep = Sweep::of(request, run.signature())?;
+    let mut run = ModelRun::prepare(&request.run, loaded, session)?;
+    let mut sweep = Sweep::from_request(request, run.signature())?;
     let wanted = if request.fields && sweep.is_none() {
-        fields::Wanted::of(run.signature())
+        fields::WantedArrays::collect(run.signature())
     } else {
-        fields::Wanted::default()
+        fields::WantedArrays::default()
     };
     session.listener.begins(false);
     let reached = told(session, run.span(), || run.simulate_with(&wanted.elements));
-    let Reached { solution, mut observations, stopped } = reached?;
+    let PartialRun { solution, mut observations, stopped } = reached?;
     tell_jumps(run.signature(), &solution, session);
     for fold in &solution.folds {
         session.remark(&format!("note: {fold}"));
@@ -135,12 +138,17 @@ pub fn simulate(request: &SimulateRequest, session: Session<'_>) -> Result<Simul
         && let Some(times) = over::between(&table.times)
     {
         run.times = times;
-        let Reached { solution, observations, .. } = told(session, run.span(), || run.simulate())?;
+        let PartialRun { solution, observations, .. } =
+            told(session, run.span(), || run.simulate())?;
         sweep.fine = Some(self::table(&run, &solution, &observations));
     }
     session.listener.ends();
     let fields = wanted.found(&solution, run.single_unknowns());
-    Ok(Simulated { sweep, fields, ..Simulated::of(&run, table, &solution, stopped.as_ref()) })
+    Ok(SimulationResult {
+        sweep,
+        fields,
+        ..SimulationResult::from_run(&run, table, &solution, stopped.as_ref())
+    })
 }
 
 /// Prepares the runs of many sets of parameters and initial values.
@@ -150,25 +158,25 @@ pub fn simulate(request: &SimulateRequest, session: Session<'_>) -> Result<Simul
 /// [`WorkError`], also for mistakes in the sets.
 pub fn simulate_each(
     request: &SimulateRequest,
-    session: Session<'_>,
-) -> Result<Ensemble, WorkError> {
-    Ensemble::prepare(request, session)
+    session: TaskContext<'_>,
+) -> Result<EnsembleRuns, WorkError> {
+    EnsembleRuns::prepare(request, session)
 }
 
-impl Simulated {
+impl SimulationResult {
     /// The result of a run.
-    fn of(
-        run: &Run,
+    fn from_run(
+        run: &ModelRun,
         table: TimeTable,
         solution: &Solution,
         stopped: Option<&IntegrateError>,
-    ) -> Simulated {
+    ) -> SimulationResult {
         let (is_interrupted, stopped) = stopped_by(stopped, run.span());
-        Simulated {
+        SimulationResult {
             model: run.signature().name.to_string(),
             table,
             method: run.options.method.name,
-            solution: SolutionFacts::of(solution),
+            solution: SolutionFacts::from_solution(solution),
             stopped,
             is_interrupted,
             fields: Vec::new(),
@@ -227,9 +235,9 @@ impl Simulated {
             let pairs = pairs.filter_map(|(time, sample)| Some((*sample, simulated(time)?)));
             let in_unit = |si: f64| output.unit.from_si(si);
             let pairs = pairs.map(|(y, w)| (in_unit(y), in_unit(w)));
-            Some((output, Agreement::of(pairs)?))
+            Some((output, Agreement::measure(pairs)?))
         };
-        self.of_kind(Kind::Output).zip(&self.measured.outputs).filter_map(one).collect()
+        self.of_kind(ColumnKind::Output).zip(&self.measured.outputs).filter_map(one).collect()
     }
 
     /// Agreement of each output with its measurements, as text; empty without measurements.
@@ -254,9 +262,9 @@ impl Simulated {
     }
 
     /// The outcome.
-    pub fn ended(&self) -> Ended {
-        let ended = if self.is_interrupted { Ended::Interrupted } else { Ended::Stopped };
-        self.stopped.clone().map_or(Ended::Done, ended)
+    pub fn ended(&self) -> TaskEnd {
+        let ended = if self.is_interrupted { TaskEnd::Interrupted } else { TaskEnd::Stopped };
+        self.stopped.clone().map_or(TaskEnd::Done, ended)
     }
 
     /// Its figure: over time, or over the requested quantity.
@@ -265,7 +273,7 @@ impl Simulated {
         over.unwrap_or_else(|| {
             let arrays = fields::arrays_of(&self.table);
             let subjects = self.subjects(&arrays).into_iter().map(|(_, subject)| subject);
-            let subjects: Vec<Subject> = subjects.collect();
+            let subjects: Vec<PanelSubject> = subjects.collect();
             let Figure { x_label, mut panels, .. } = figure::panels(&subjects);
             panels.extend(fields::panels(&self.fields, &self.table, &arrays));
             Figure::new(x_label, panels)
@@ -277,9 +285,9 @@ impl Simulated {
         let (mut outputs, mut unknowns, mut inputs) = (Vec::new(), Vec::new(), Vec::new());
         for (kind, subject) in self.subjects(&fields::arrays_of(&self.table)) {
             match kind {
-                Kind::Output => outputs.push(subject),
-                Kind::Input => inputs.push(subject),
-                Kind::Unknown | Kind::Derivative => unknowns.push(subject),
+                ColumnKind::Output => outputs.push(subject),
+                ColumnKind::Input => inputs.push(subject),
+                ColumnKind::Unknown | ColumnKind::Derivative => unknowns.push(subject),
             }
         }
         unknowns.append(&mut inputs);
@@ -300,21 +308,21 @@ impl Simulated {
     }
 
     /// Columns of a kind, in order.
-    pub(crate) fn of_kind(&self, kind: Kind) -> impl Iterator<Item = &NamedColumn> {
+    pub(crate) fn of_kind(&self, kind: ColumnKind) -> impl Iterator<Item = &NamedColumn> {
         self.table.columns.iter().filter(move |column| column.kind == kind)
     }
 
     /// The curves of the figure: the inputs by unit; then each declared state and each output, with its measurements.
     /// Elements of `arrays`, which have pictures of their own, are included if they were measured.
-    fn subjects(&self, arrays: &[String]) -> Vec<(Kind, Subject)> {
-        let line = |name: MathText, column: &NamedColumn, meaning| Line {
+    fn subjects(&self, arrays: &[String]) -> Vec<(ColumnKind, PanelSubject)> {
+        let line = |name: MathText, column: &NamedColumn, meaning| PanelLine {
             name,
             times: self.table.times.clone(),
             values: column.in_unit(),
             meaning,
         };
-        let mut subjects: Vec<(Kind, Subject)> = Vec::new();
-        for (place, input) in self.of_kind(Kind::Input).enumerate() {
+        let mut subjects: Vec<(ColumnKind, PanelSubject)> = Vec::new();
+        for (place, input) in self.of_kind(ColumnKind::Input).enumerate() {
             let line = line(MathText::name(&input.name), input, SeriesMeaning::Input(place));
             let unit = input.unit.symbol.to_string();
             let alike = subjects.iter_mut().find(|(_, subject)| subject.unit == unit);
@@ -324,18 +332,19 @@ impl Simulated {
                 subject.lines.push(line);
             } else {
                 let title = MathText::name(&input.name);
-                subjects.push((Kind::Input, Subject { title, unit, lines: vec![line] }));
+                subjects.push((ColumnKind::Input, PanelSubject { title, unit, lines: vec![line] }));
             }
         }
-        for unknown in self.of_kind(Kind::Unknown).filter(|unknown| !is_added(&unknown.name)) {
-            let subject = Subject {
+        for unknown in self.of_kind(ColumnKind::Unknown).filter(|unknown| !is_added(&unknown.name))
+        {
+            let subject = PanelSubject {
                 title: MathText::name(&unknown.name),
                 unit: unknown.unit.symbol.to_string(),
                 lines: vec![line(MathText::plain("simulated"), unknown, SeriesMeaning::Simulated)],
             };
-            subjects.push((Kind::Unknown, subject));
+            subjects.push((ColumnKind::Unknown, subject));
         }
-        for (i, output) in self.of_kind(Kind::Output).enumerate() {
+        for (i, output) in self.of_kind(ColumnKind::Output).enumerate() {
             let is_measured = self.measured.outputs.get(i).is_some_and(Option::is_some);
             if fields::is_of(&output.name, arrays) && !is_measured {
                 continue;
@@ -343,7 +352,7 @@ impl Simulated {
             let mut lines =
                 vec![line(MathText::plain("simulated"), output, SeriesMeaning::Simulated)];
             if let Some(Some(samples)) = self.measured.outputs.get(i) {
-                lines.push(Line {
+                lines.push(PanelLine {
                     name: MathText::plain("measured"),
                     times: self.measured.times.clone(),
                     values: in_unit(samples, &output.unit),
@@ -351,37 +360,42 @@ impl Simulated {
                 });
             }
             let (title, unit) = (MathText::name(&output.name), output.unit.symbol.to_string());
-            subjects.push((Kind::Output, Subject { title, unit, lines }));
+            subjects.push((ColumnKind::Output, PanelSubject { title, unit, lines }));
         }
         subjects
     }
 }
 
-impl Serialize for Simulated {
+impl Serialize for SimulationResult {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
         self.to_json().serialize(serializer)
     }
 }
 
 /// Time series in the documented order: inputs, states, outputs; an output named like a state takes its column.
-fn table(run: &Run, solution: &Solution, observations: &Observations) -> TimeTable {
+fn table(run: &ModelRun, solution: &Solution, observations: &Observations) -> TimeTable {
     let signature = run.signature();
     let mut columns = Vec::new();
     for (i, input) in signature.inputs.iter().enumerate() {
         let values = run.input_values(solution, i);
-        columns.push(NamedColumn::new(&input.name, &input.unit, Kind::Input, values));
+        columns.push(NamedColumn::new(&input.name, &input.unit, ColumnKind::Input, values));
     }
     for (i, unknown) in signature.unknowns.iter().enumerate() {
         let shown_as_output = || signature.outputs.iter().any(|output| output.name == unknown.name);
         let is_shown = !is_element(&unknown.name) && !is_share(&unknown.name);
         if is_shown && !shown_as_output() {
             let values = (0..solution.len()).map(|k| solution.y(k)[i]).collect();
-            columns.push(NamedColumn::new(&unknown.name, &unknown.unit, Kind::Unknown, values));
+            columns.push(NamedColumn::new(
+                &unknown.name,
+                &unknown.unit,
+                ColumnKind::Unknown,
+                values,
+            ));
         }
     }
     for (i, output) in signature.outputs.iter().enumerate() {
         let values = (0..solution.len()).map(|k| observations.w(k)[i]).collect();
-        columns.push(NamedColumn::new(&output.name, &output.unit, Kind::Output, values));
+        columns.push(NamedColumn::new(&output.name, &output.unit, ColumnKind::Output, values));
     }
     TimeTable { times: solution.times.clone(), epoch: run.epoch, columns }
 }

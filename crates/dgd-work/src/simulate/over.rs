@@ -3,11 +3,11 @@
 use dgd_plot::{Figure, MathText, Panel, PlotSeries, PointLabel, SeriesMeaning, SeriesStyle};
 use dgd_runtime::{Signature, Unit};
 
-use super::Simulated;
+use super::SimulationResult;
 use crate::error::{WorkError, meant};
 use crate::output::columns::{in_unit, is_element};
 use crate::output::quantity::rounded;
-use crate::output::{Kind, NamedColumn, TimeTable};
+use crate::output::{ColumnKind, NamedColumn, TimeTable};
 use crate::request::SimulateRequest;
 
 /// Rows for a smooth curve.
@@ -32,7 +32,7 @@ pub struct Sweep {
 
 impl Sweep {
     /// The requested sweep, if any; checked before anything is computed.
-    pub(super) fn of(
+    pub(super) fn from_request(
         request: &SimulateRequest,
         signature: &Signature,
     ) -> Result<Option<Sweep>, WorkError> {
@@ -143,10 +143,10 @@ fn verify_pairs(option: &str, names: [&str; 2], signature: &Signature) -> Result
 /// Over a column of the result: a panel for each measured output, with dots for the samples at rows of the result,
 /// drawn over the measurements of that column if it has some; and one for each unit of the other outputs, in which an
 /// array is one family of curves. No two curves or families share a colour, in any panel.
-pub(super) fn figure(sweep: &Sweep, simulated: &Simulated) -> Option<Figure> {
+pub(super) fn figure(sweep: &Sweep, simulated: &SimulationResult) -> Option<Figure> {
     let name = &sweep.over;
     let table = sweep.fine.as_ref().unwrap_or(&simulated.table);
-    let outputs = || table.columns.iter().filter(|column| column.kind == Kind::Output);
+    let outputs = || table.columns.iter().filter(|column| column.kind == ColumnKind::Output);
     let abscissa = table.columns.iter().find(|column| column.name == *name)?;
     let x = abscissa.in_unit();
     let measured = |i: usize| {
@@ -156,7 +156,7 @@ pub(super) fn figure(sweep: &Sweep, simulated: &Simulated) -> Option<Figure> {
     let measured_x = (outputs().position(|output| output.name == *name))
         .and_then(measured)
         .map_or_else(|| x.clone(), |samples| in_unit(&samples, &abscissa.unit));
-    let mut panels = Panels::default();
+    let mut panels = SweepPanels::default();
     let mut places = 0..;
     let mut alike = || SeriesMeaning::Variant(places.next().unwrap_or_default());
     for (i, output) in outputs().enumerate() {
@@ -168,7 +168,7 @@ pub(super) fn figure(sweep: &Sweep, simulated: &Simulated) -> Option<Figure> {
             panels.add_measured(output, &x, &measured_x, values);
             continue;
         }
-        let series = &mut panels.of(output).series;
+        let series = &mut panels.panel_for(output).series;
         let array = base(&output.name);
         if array != output.name {
             // All curves share one series and are identified by their labels.
@@ -203,7 +203,7 @@ pub(super) fn figure(sweep: &Sweep, simulated: &Simulated) -> Option<Figure> {
             unit = Some(y);
         }
         if let Some(column) = unit {
-            panels.of(column).series.push(marks);
+            panels.panel_for(column).series.push(marks);
         }
     }
     Some(Figure::new(MathText::name(name).with_unit(&abscissa.unit.symbol), panels.finished()))
@@ -251,14 +251,14 @@ fn last_value(column: &NamedColumn) -> MathText {
 
 /// Panels of single outputs, then panels by unit.
 #[derive(Default)]
-struct Panels {
+struct SweepPanels {
     measured: Vec<Panel>,
     by_unit: Vec<Panel>,
 }
 
-impl Panels {
+impl SweepPanels {
     /// The panel for a column's unit.
-    fn of(&mut self, column: &NamedColumn) -> &mut Panel {
+    fn panel_for(&mut self, column: &NamedColumn) -> &mut Panel {
         let label = MathText::default().with_unit(&column.unit.symbol);
         let panels = &mut self.by_unit;
         let position =
@@ -347,7 +347,7 @@ mod tests {
     fn curves_of_an_array_are_one_series_with_a_label_at_each_end() {
         let column = |name: &str, symbol: &str, values: [f64; 3]| {
             let unit = Unit { symbol: symbol.to_owned().into(), factor: 1.0, offset: 0.0 };
-            NamedColumn::new(name, &unit, Kind::Output, values.to_vec())
+            NamedColumn::new(name, &unit, ColumnKind::Output, values.to_vec())
         };
         let mut series = Vec::new();
         let x = [0.0, 1.0, 2.0];

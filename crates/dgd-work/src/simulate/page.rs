@@ -3,24 +3,24 @@
 use dgd_page::{ChartLink, HeadlineTone, Markup, Page, PageCell, PageTable};
 use dgd_plot::{Figure, MathText, SeriesMeaning};
 
-use super::Simulated;
+use super::SimulationResult;
 use super::over::measured_at;
 use crate::output::agreement::Agreement;
 use crate::output::columns::in_unit;
-use crate::output::figure::{self, Line, Subject};
+use crate::output::figure::{self, PanelLine, PanelSubject};
 use crate::output::page::{TIME, agreement_table, number, origin, told, words};
 use crate::output::quantity::{of_differences, short};
-use crate::output::{Kind, NamedColumn};
+use crate::output::{ColumnKind, NamedColumn};
 use crate::result::simulate::EventEntry;
 
 /// An output with its measurements at the rows of the result, in its unit.
-pub(super) struct Compared<'a> {
+pub(super) struct ComparedOutput<'a> {
     output: &'a NamedColumn,
     measured: Vec<f64>,
     simulated: Vec<f64>,
 }
 
-pub(super) fn write(simulated: &Simulated, command: &str) -> String {
+pub(super) fn write(simulated: &SimulationResult, command: &str) -> String {
     let mut page = Page::new(&format!("{}: simulation", simulated.model));
     let kind = Markup::text("Simulation of the model ").then(&Markup::code(&simulated.model));
     let compared = compared(simulated);
@@ -40,25 +40,28 @@ pub(super) fn write(simulated: &Simulated, command: &str) -> String {
 }
 
 /// An output, its unit, and its agreement with measurements.
-type Agreements<'a> = Vec<(&'a str, &'a str, Agreement)>;
+type OutputAgreement<'a> = Vec<(&'a str, &'a str, Agreement)>;
 
-fn agreements<'a>(compared: &[Compared<'a>]) -> Agreements<'a> {
-    let one = |Compared { output, measured, simulated }: &Compared<'a>| {
+fn agreements<'a>(compared: &[ComparedOutput<'a>]) -> OutputAgreement<'a> {
+    let one = |ComparedOutput { output, measured, simulated }: &ComparedOutput<'a>| {
         let pairs = measured.iter().copied().zip(simulated.iter().copied());
-        Some((&*output.name, &*output.unit.symbol, Agreement::of(pairs)?))
+        Some((&*output.name, &*output.unit.symbol, Agreement::measure(pairs)?))
     };
     compared.iter().filter_map(one).collect()
 }
 
 /// The headline, and the table of all measured outputs.
-pub(super) fn in_words(simulated: &Simulated, compared: &[Compared<'_>]) -> (String, Markup) {
+pub(super) fn in_words(
+    simulated: &SimulationResult,
+    compared: &[ComparedOutput<'_>],
+) -> (String, Markup) {
     let agreements = agreements(compared);
     let headline = headline(simulated, &agreements);
     (headline, agreement_table("How far simulated and measured agree", agreements))
 }
 
 /// The output that fits worst, if any was measured.
-fn headline(simulated: &Simulated, agreements: &[(&str, &str, Agreement)]) -> String {
+fn headline(simulated: &SimulationResult, agreements: &[(&str, &str, Agreement)]) -> String {
     let times = &simulated.table.times;
     let time = |t: Option<&f64>| told(t.copied().unwrap_or(0.0));
     let span = format!("{} s to {} s", time(times.first()), time(times.last()));
@@ -78,7 +81,7 @@ fn headline(simulated: &Simulated, agreements: &[(&str, &str, Agreement)]) -> St
     }
 }
 
-fn solved(simulated: &Simulated) -> Markup {
+fn solved(simulated: &SimulationResult) -> Markup {
     let facts = &simulated.solution;
     let steps = match facts.steps_per_sample {
         Some(n) => format!("{n} equal steps for each sample"),
@@ -89,30 +92,33 @@ fn solved(simulated: &Simulated) -> Markup {
 }
 
 /// The measurements, with the simulated values at the same times.
-pub(super) fn compared(simulated: &Simulated) -> Vec<Compared<'_>> {
-    let outputs = simulated.of_kind(Kind::Output).enumerate();
+pub(super) fn compared(simulated: &SimulationResult) -> Vec<ComparedOutput<'_>> {
+    let outputs = simulated.of_kind(ColumnKind::Output).enumerate();
     let compared = outputs.filter_map(|(i, output)| {
         let samples = simulated.measured.outputs.get(i)?.as_ref()?;
         let measured = measured_at(&simulated.table.times, &simulated.measured.times, samples);
         let measured = in_unit(&measured, &output.unit);
-        Some(Compared { output, measured, simulated: output.in_unit() })
+        Some(ComparedOutput { output, measured, simulated: output.in_unit() })
     });
     compared.collect()
 }
 
 /// The residuals, if anything was measured.
-pub(super) fn residuals(simulated: &Simulated, compared: &[Compared<'_>]) -> Option<Figure> {
-    let subject = |one: &Compared<'_>| Subject {
+pub(super) fn residuals(
+    simulated: &SimulationResult,
+    compared: &[ComparedOutput<'_>],
+) -> Option<Figure> {
+    let subject = |one: &ComparedOutput<'_>| PanelSubject {
         title: MathText::name(&one.output.name),
         unit: of_differences(&one.output.unit).symbol.to_string(),
-        lines: vec![Line {
+        lines: vec![PanelLine {
             name: MathText::plain("measured − simulated"),
             times: simulated.table.times.clone(),
             values: one.measured.iter().zip(&one.simulated).map(|(y, w)| y - w).collect(),
             meaning: SeriesMeaning::Residual,
         }],
     };
-    let subjects: Vec<Subject> = compared.iter().map(subject).collect();
+    let subjects: Vec<PanelSubject> = compared.iter().map(subject).collect();
     (!subjects.is_empty()).then(|| figure::panels(&subjects))
 }
 

@@ -4,25 +4,25 @@ use std::path::PathBuf;
 
 use dgd_compiler::pipeline::SensitivityDirections;
 
-use super::{Simulated, table};
-use crate::check::Description;
+use super::{SimulationResult, table};
+use crate::check::ModelDescription;
 use crate::error::WorkError;
 use crate::model::load;
 use crate::output::provenance::Provenance;
-use crate::request::{RunRequest, Start};
-use crate::run::{Reached, Run, measured_start};
-use crate::session::Session;
+use crate::request::{RunRequest, StartChoice};
+use crate::run::{ModelRun, PartialRun, measured_start};
+use crate::session::TaskContext;
 
 /// A model on its data, for repeated runs with other parameters: read and compiled once.
-pub struct Prepared {
+pub struct PreparedRun {
     /// The contents of the model, with choices and settings.
-    pub description: Description,
+    pub description: ModelDescription,
     /// The files it was read from, which may change: the model, its libraries and effects, the data.
     pub files: Vec<PathBuf>,
-    run: Run,
+    run: ModelRun,
     /// Parameters of the model, SI.
     declared: Vec<f64>,
-    start: Start,
+    start: StartChoice,
 }
 
 /// Reads and compiles a model, and reads its data.
@@ -30,33 +30,33 @@ pub struct Prepared {
 /// # Errors
 ///
 /// [`WorkError`].
-pub fn prepare(request: &RunRequest, session: Session<'_>) -> Result<Prepared, WorkError> {
+pub fn prepare(request: &RunRequest, session: TaskContext<'_>) -> Result<PreparedRun, WorkError> {
     let loaded = load(&request.model, &request.choices, &SensitivityDirections::None, session)?;
     let provenance = Provenance::new(session, Some(loaded.digest.clone()), Vec::new());
     let path = request.model.display().to_string();
     let compiled = &loaded.compiled;
-    let description = Description::of(&path, &compiled.model, &compiled.dae, provenance);
+    let description = ModelDescription::describe(&path, &compiled.model, &compiled.dae, provenance);
     let mut files: Vec<PathBuf> =
         loaded.sources.iter().map(|source| PathBuf::from(&source.name)).collect();
     files.extend(request.data.clone());
     files.retain(|file| session.files.is_file(file));
-    let run = Run::prepare(request, loaded, session)?;
+    let run = ModelRun::prepare(request, loaded, session)?;
     let declared = run.p.clone();
-    Ok(Prepared { description, files, run, declared, start: request.solve.start })
+    Ok(PreparedRun { description, files, run, declared, start: request.solve.start })
 }
 
-impl Prepared {
+impl PreparedRun {
     /// Simulates it with these values of parameters, each in its declared unit, and the model's values for the others.
     ///
     /// # Errors
     ///
     /// [`WorkError`]. A run that ends early returns a result with the reason.
-    pub fn simulate(&mut self, values: &[(&str, f64)]) -> Result<Simulated, WorkError> {
+    pub fn simulate(&mut self, values: &[(&str, f64)]) -> Result<SimulationResult, WorkError> {
         self.set(values)?;
         let run = &self.run;
-        let Reached { solution, observations, stopped } = run.simulate()?;
+        let PartialRun { solution, observations, stopped } = run.simulate()?;
         let table = table(run, &solution, &observations);
-        Ok(Simulated::of(run, table, &solution, stopped.as_ref()))
+        Ok(SimulationResult::from_run(run, table, &solution, stopped.as_ref()))
     }
 
     fn set(&mut self, values: &[(&str, f64)]) -> Result<(), WorkError> {
@@ -81,7 +81,7 @@ impl Prepared {
             p[at] = si;
         }
         self.run.p = p;
-        if self.start == Start::Measured {
+        if self.start == StartChoice::Measured {
             self.run.start.clear();
             let run = &self.run;
             self.run.start =
@@ -95,7 +95,7 @@ impl Prepared {
 mod tests {
     use super::*;
     use crate::request::SimulateRequest;
-    use crate::session::Silent;
+    use crate::session::SilentReporter;
     use crate::simulate;
 
     fn request() -> RunRequest {
@@ -108,13 +108,13 @@ mod tests {
 
     #[test]
     fn another_value_gives_what_setting_it_gives_to_the_last_bit() {
-        let session = Session::new(&Silent);
+        let session = TaskContext::new(&SilentReporter);
         let mut prepared = prepare(&request(), session).expect("a sound model");
         let mut with_other = SimulateRequest::new(request());
         let declared = simulate(&with_other, session).expect("a sound model");
         with_other.run.choices.set = vec!["c0=280".to_owned(), "M_ssp=2e8".to_owned()];
         let other = simulate(&with_other, session).expect("a sound model");
-        let values = |simulated: &Simulated| -> Vec<Vec<f64>> {
+        let values = |simulated: &SimulationResult| -> Vec<Vec<f64>> {
             simulated.table.columns.iter().map(|column| column.values.clone()).collect()
         };
         let moved = prepared.simulate(&[("c0", 280.0), ("M_ssp", 2e8)]).expect("a run");
@@ -127,7 +127,8 @@ mod tests {
 
     #[test]
     fn what_was_read_is_named_and_what_cannot_be_is_refused() {
-        let mut prepared = prepare(&request(), Session::new(&Silent)).expect("a sound model");
+        let mut prepared =
+            prepare(&request(), TaskContext::new(&SilentReporter)).expect("a sound model");
         let names: Vec<_> = prepared.files.iter().filter_map(|file| file.file_name()).collect();
         assert_eq!(names, ["mud_circulation.dgd", "circulation.csv"]);
         for (name, value) in [("c9", 1.0), ("c0", -1.0), ("c0", f64::NAN), ("M_ssp", 1e5)] {

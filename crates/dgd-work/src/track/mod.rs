@@ -21,12 +21,12 @@ use crate::error::WorkError;
 use crate::model::Compilation;
 use crate::output::page;
 use crate::output::provenance::{self, DataFile, Provenance};
-use crate::request::{Solve, Start, TrackRequest};
+use crate::request::{SolverOptions, StartChoice, TrackRequest};
 use crate::run::{densities, executable, options, with_method};
-use crate::session::Session;
-use report::Report;
-use rows::{LeftOut, Rows};
-use settings::{Asked, Settings};
+use crate::session::TaskContext;
+use report::RowReport;
+use rows::{TrackRows, UnreadableRow};
+use settings::{OptionValues, TrackSettings};
 
 /// An estimate whose uncertainty is still above this share of the initial one has learnt nothing.
 const UNLEARNT: f64 = 0.9;
@@ -45,7 +45,7 @@ pub enum LineFormat {
 
 /// Estimates over time, with remarks.
 #[non_exhaustive]
-pub struct Tracked {
+pub struct TrackingResult {
     /// The rows, if they were to be kept.
     pub rows: Vec<TrackedRow>,
     /// Number of rows.
@@ -56,10 +56,10 @@ pub struct Tracked {
     pub stopped: Option<WorkError>,
     /// Versions and digests of the inputs.
     pub provenance: Provenance,
-    report: Report,
+    report: RowReport,
 }
 
-impl Tracked {
+impl TrackingResult {
     /// Estimates with ± 2 standard deviations, then innovations with their expected ones, for the kept rows.
     pub fn figure(&self) -> Figure {
         self.report.figure(&self.rows)
@@ -82,7 +82,7 @@ impl Tracked {
     }
 }
 
-impl Serialize for Tracked {
+impl Serialize for TrackingResult {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
         self.to_json().serialize(serializer)
     }
@@ -97,10 +97,10 @@ impl Serialize for Tracked {
 pub fn track(
     request: &TrackRequest,
     input: Option<Box<dyn Read>>,
-    session: Session<'_>,
+    session: TaskContext<'_>,
     out: &mut dyn Write,
     format: LineFormat,
-) -> Result<Tracked, WorkError> {
+) -> Result<TrackingResult, WorkError> {
     let estimator = settings::estimator(request)?;
     settings::verify_deviations(request)?;
     let mut compilation = Compilation::new(session.files);
@@ -115,12 +115,12 @@ pub fn track(
         Err(reported) => return Err(compilation.fail(reported)),
     };
     let of_model = provenance::of_model(&compilation.sources);
-    let overrides = Asked::read(request, &mut compilation, &compiled);
+    let overrides = OptionValues::read(request, &mut compilation, &compiled);
     if compilation.diagnostics.check().is_err() {
         return Err(WorkError::diagnosed(&compilation.diagnostics, compilation.sources));
     }
     let Compilation { sources, diagnostics, .. } = &mut compilation;
-    let rows = Rows::open(&compiled.dae, sources, diagnostics, request, input, session);
+    let rows = TrackRows::open(&compiled.dae, sources, diagnostics, request, input, session);
     let Some(rows) = rows else {
         return Err(WorkError::diagnosed(&compilation.diagnostics, compilation.sources));
     };
@@ -138,30 +138,30 @@ pub fn track(
         options: solve,
         ..FilterProblem::new(system.as_model(), &p)
     };
-    Tracking { request, session, compiled: &compiled, problem, asked: overrides, provenance }
+    TrackingInput { request, session, compiled: &compiled, problem, asked: overrides, provenance }
         .run(rows, out, format)
 }
 
 /// The inputs of a tracking run.
-struct Tracking<'a> {
+struct TrackingInput<'a> {
     request: &'a TrackRequest,
-    session: Session<'a>,
+    session: TaskContext<'a>,
     compiled: &'a CompiledStages,
     problem: FilterProblem<'a>,
-    asked: Asked,
+    asked: OptionValues,
     provenance: Provenance,
 }
 
-impl Tracking<'_> {
+impl TrackingInput<'_> {
     fn run(
         mut self,
-        mut rows: Rows<'_>,
+        mut rows: TrackRows<'_>,
         out: &mut dyn Write,
         format: LineFormat,
-    ) -> Result<Tracked, WorkError> {
+    ) -> Result<TrackingResult, WorkError> {
         let Some(first) = rows.next()? else {
             let data = self.request.data.display();
-            let Solve { from, until, .. } = &self.request.solve;
+            let SolverOptions { from, until, .. } = &self.request.solve;
             return Err(if from.is_some() || until.is_some() {
                 WorkError::Usage(format!("`{data}` has no row between `--from` and `--until`"))
             } else {
@@ -170,26 +170,26 @@ impl Tracking<'_> {
         };
         let sample = FilterSample { t: first.t, u: &first.u, measured: &first.measured };
         self.set_start(sample, &rows.measured)?;
-        let Tracking { asked, compiled, problem, .. } = &self;
-        let settings = Settings::new(asked, compiled, problem, sample, &rows.measured)?;
+        let TrackingInput { asked, compiled, problem, .. } = &self;
+        let settings = TrackSettings::new(asked, compiled, problem, sample, &rows.measured)?;
         let used: Vec<bool> = settings.tuning.noise.iter().map(Option::is_some).collect();
-        let report = Report::new(problem, &used, rows.epoch());
+        let report = RowReport::new(problem, &used, rows.epoch());
         let (filter, row) = RunningFilter::begin(problem, &settings.tuning, sample)
             .map_err(|error| failed(&error))?;
         self.session.remark(&settings.text(problem));
-        let mut output = Output {
+        let mut output = RowReceiver {
             tracking: &self,
             report: &report,
             kept: Vec::new(),
-            tally: Tally::new(row.clone(), settings.tuning.start_stds()),
+            tally: RowStatistics::new(row.clone(), settings.tuning.start_stds()),
         };
         self.session.listener.begins(false);
         let ended = output.write(&settings, filter, row, rows, out, format);
         self.session.listener.ends();
         // The estimates so far are worth reporting.
         let remarks = output.tally.said(problem);
-        let Output { kept, tally, .. } = output;
-        Ok(Tracked {
+        let RowReceiver { kept, tally, .. } = output;
+        Ok(TrackingResult {
             rows: kept,
             count: tally.rows,
             remarks,
@@ -201,7 +201,7 @@ impl Tracking<'_> {
 
     /// Initial values from the first row, with `--start measured`.
     fn set_start(&mut self, first: FilterSample<'_>, measured: &[bool]) -> Result<(), WorkError> {
-        if self.request.solve.start != Start::Measured {
+        if self.request.solve.start != StartChoice::Measured {
             return Ok(());
         }
         let signature = self.problem.system.signature();
@@ -229,26 +229,26 @@ impl Tracking<'_> {
 }
 
 /// Receives the rows.
-struct Output<'a> {
-    tracking: &'a Tracking<'a>,
-    report: &'a Report,
+struct RowReceiver<'a> {
+    tracking: &'a TrackingInput<'a>,
+    report: &'a RowReport,
     /// Rows kept for a figure.
     kept: Vec<TrackedRow>,
-    tally: Tally,
+    tally: RowStatistics,
 }
 
-impl Output<'_> {
+impl RowReceiver<'_> {
     /// Tracks, one line for each row, each written before the next row is read. A document has the rows in a list.
     fn write(
         &mut self,
-        settings: &Settings,
+        settings: &TrackSettings,
         mut filter: RunningFilter<'_>,
         first: TrackedRow,
-        mut rows: Rows<'_>,
+        mut rows: TrackRows<'_>,
         out: &mut dyn Write,
         format: LineFormat,
     ) -> Result<(), WorkError> {
-        let Tracking { session, problem, .. } = self.tracking;
+        let TrackingInput { session, problem, .. } = self.tracking;
         let mut document = settings.json(problem);
         let start = rows.epoch().and_then(|epoch| epoch.stamp(0.0));
         if let (Some(start), Some(document)) = (start, document.as_object_mut()) {
@@ -268,7 +268,7 @@ impl Output<'_> {
         let mut gone = is_gone(head)?;
         let mut left_out = rows.take_left_out();
         loop {
-            for LeftOut { line, reason } in &left_out {
+            for UnreadableRow { line, reason } in &left_out {
                 if format == LineFormat::Lines && !gone {
                     let document = json!({ "left_out": { "line": line, "reason": reason } });
                     gone = is_gone(writeln!(out, "{document}"))?;
@@ -306,7 +306,7 @@ impl Output<'_> {
         let ended = match format {
             LineFormat::Csv => Ok(()),
             LineFormat::Lines => {
-                rows.take_left_out().iter().try_for_each(|LeftOut { line, reason }| {
+                rows.take_left_out().iter().try_for_each(|UnreadableRow { line, reason }| {
                     writeln!(out, "{}", json!({ "left_out": { "line": line, "reason": reason } }))
                 })
             }
@@ -326,7 +326,7 @@ fn is_gone(written: io::Result<()>) -> Result<bool, WorkError> {
 }
 
 /// Statistics of all rows, for remarks.
-struct Tally {
+struct RowStatistics {
     /// Standard deviations of states and parameters before the first correction, SI.
     first: Vec<f64>,
     last: TrackedRow,
@@ -340,9 +340,9 @@ struct Tally {
     left_out: usize,
 }
 
-impl Tally {
+impl RowStatistics {
     fn new(row: TrackedRow, first: Vec<f64>) -> Self {
-        Tally {
+        RowStatistics {
             first,
             last: row,
             rows: 0,
@@ -356,7 +356,7 @@ impl Tally {
     }
 
     /// Counts a row, and reports urgent remarks at once.
-    fn take(&mut self, row: &TrackedRow, session: Session<'_>) {
+    fn take(&mut self, row: &TrackedRow, session: TaskContext<'_>) {
         self.rows += 1;
         if self.samples + row.samples == 0 {
             self.first = stds(row).collect();

@@ -13,42 +13,42 @@ use serde_json::{Value, json};
 const MOST_BAND: f64 = 5.0;
 
 /// A quantity with a column.
-struct Subject {
+struct ColumnQuantity {
     name: String,
     unit: Unit,
     /// The unit of its differences, which has no offset.
     difference: Unit,
 }
 
-impl Subject {
+impl ColumnQuantity {
     fn new(name: &str, unit: &Unit) -> Self {
         let difference = Unit { offset: 0.0, ..unit.clone() };
-        Subject { name: name.to_owned(), unit: unit.clone(), difference }
+        ColumnQuantity { name: name.to_owned(), unit: unit.clone(), difference }
     }
 }
 
 /// The columns of a row.
-pub(super) struct Report {
-    states: Vec<Subject>,
-    parameters: Vec<Subject>,
+pub(super) struct RowReport {
+    states: Vec<ColumnQuantity>,
+    parameters: Vec<ColumnQuantity>,
     /// Outputs in use, with their indices.
-    outputs: Vec<(usize, Subject)>,
+    outputs: Vec<(usize, ColumnQuantity)>,
     /// The timestamp of time zero, if times are timestamps.
     epoch: Option<Epoch>,
 }
 
-impl Report {
+impl RowReport {
     pub(super) fn new(problem: &FilterProblem<'_>, used: &[bool], epoch: Option<Epoch>) -> Self {
         let signature = problem.system.signature();
         let states = problem.states().into_iter();
-        let states =
-            states.map(|i| Subject::new(&signature.unknowns.name(i), signature.unknowns.unit(i)));
+        let states = states
+            .map(|i| ColumnQuantity::new(&signature.unknowns.name(i), signature.unknowns.unit(i)));
         let parameters = problem.parameters().into_iter().map(|i| &signature.parameters[i]);
         let outputs = signature.outputs.iter().enumerate().filter(|(i, _)| used[*i]);
-        Report {
+        RowReport {
             states: states.collect(),
-            parameters: parameters.map(|p| Subject::new(&p.name, &p.unit)).collect(),
-            outputs: outputs.map(|(i, w)| (i, Subject::new(&w.name, &w.unit))).collect(),
+            parameters: parameters.map(|p| ColumnQuantity::new(&p.name, &p.unit)).collect(),
+            outputs: outputs.map(|(i, w)| (i, ColumnQuantity::new(&w.name, &w.unit))).collect(),
             epoch,
         }
     }
@@ -102,7 +102,7 @@ impl Report {
 
     /// A row for programs.
     pub(super) fn json(&self, row: &TrackedRow) -> Value {
-        let tracked = |subjects: &[Subject], rows: &[TrackedEstimate]| -> Value {
+        let tracked = |subjects: &[ColumnQuantity], rows: &[TrackedEstimate]| -> Value {
             let entries = subjects.iter().zip(rows).map(|(of, tracked)| {
                 let value = of.unit.from_si(tracked.value);
                 let std = tracked.std / of.unit.factor.abs();
@@ -145,7 +145,7 @@ impl Report {
             parameters.map(|(k, of)| (of, rows.iter().map(|row| row.parameters[k]).collect()));
         let mut panels: Vec<Panel> = states
             .chain(parameters)
-            .map(|(of, tracked): (&Subject, Vec<TrackedEstimate>)| {
+            .map(|(of, tracked): (&ColumnQuantity, Vec<TrackedEstimate>)| {
                 let most = MOST_BAND * median(tracked.iter().map(|tracked| tracked.std));
                 let bound =
                     |t: &TrackedEstimate, k: f64| of.unit.from_si(t.value + k * t.std.min(most));
@@ -184,7 +184,7 @@ fn median(values: impl Iterator<Item = f64>) -> f64 {
 }
 
 fn panel(
-    of: &Subject,
+    of: &ColumnQuantity,
     times: &[f64],
     values: Vec<f64>,
     low: Vec<f64>,

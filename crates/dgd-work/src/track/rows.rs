@@ -14,12 +14,12 @@ use dgd_data::{self as data, Epoch, FileSystem, ReadOptions, Sha256Digest};
 use crate::error::WorkError;
 use crate::request::TrackRequest;
 use crate::run::densities;
-use crate::run::recording::{Clock, Known, Recording};
-use crate::session::Session;
+use crate::run::recording::{KnownColumns, RunRecording, TimeColumnRule};
+use crate::session::TaskContext;
 
 /// A row, SI; NaN marks a missing value.
 #[derive(Debug, Clone, Default)]
-pub(super) struct Row {
+pub(super) struct TrackRow {
     pub t: f64,
     pub u: Vec<f64>,
     pub measured: Vec<f64>,
@@ -27,19 +27,19 @@ pub(super) struct Row {
 
 /// An unreadable row.
 #[derive(Debug, Clone)]
-pub(super) struct LeftOut {
+pub(super) struct UnreadableRow {
     pub line: usize,
     pub reason: String,
 }
 
 /// Rows, one after the other.
-pub(super) struct Rows<'a> {
-    source: From,
+pub(super) struct TrackRows<'a> {
+    source: RowSource,
     digest: Option<Sha256Digest>,
-    session: Session<'a>,
+    session: TaskContext<'a>,
     is_strict: bool,
     /// Rows left out since the last call of [`Self::take_left_out`].
-    left_out: Vec<LeftOut>,
+    left_out: Vec<UnreadableRow>,
     /// Their total number.
     pub n_left_out: usize,
     n_inputs: usize,
@@ -51,12 +51,12 @@ pub(super) struct Rows<'a> {
     most: Option<usize>,
 }
 
-enum From {
-    File { recording: Recording, next: usize },
+enum RowSource {
+    File { recording: RunRecording, next: usize },
     Stream { stream: RowStream<'static>, values: Vec<f64> },
 }
 
-impl<'a> Rows<'a> {
+impl<'a> TrackRows<'a> {
     /// Opens the stream, or otherwise the file; `None` after mistakes, which are reported.
     pub(super) fn open(
         dae: &Dae,
@@ -64,16 +64,16 @@ impl<'a> Rows<'a> {
         diagnostics: &mut Diagnostics,
         request: &TrackRequest,
         input: Option<Box<dyn Read>>,
-        session: Session<'a>,
-    ) -> Option<Rows<'a>> {
+        session: TaskContext<'a>,
+    ) -> Option<TrackRows<'a>> {
         let TrackRequest { data: path, solve, strict, .. } = request;
-        let (files, known) = (session.files, Known::of(dae));
+        let (files, known) = (session.files, KnownColumns::from_dae(dae));
         let select =
             |table: &data::DataTable, sources: &SourceMap, diagnostics: &mut Diagnostics| {
-                Recording::select(
+                RunRecording::select(
                     table,
                     &known,
-                    Clock::Time,
+                    TimeColumnRule::Time,
                     GapPolicy::Kept,
                     sources,
                     diagnostics,
@@ -126,13 +126,13 @@ impl<'a> Rows<'a> {
         };
         let measured = recording.measured.outputs.iter().map(Option::is_some).collect();
         let source = match source {
-            Some(stream) => From::Stream { stream, values: Vec::new() },
-            None => From::File { recording, next: 0 },
+            Some(stream) => RowSource::Stream { stream, values: Vec::new() },
+            None => RowSource::File { recording, next: 0 },
         };
         let (from, until) = (solve.from.unwrap_or(f64::NEG_INFINITY), solve.until);
         let n_inputs = dae.inputs.len();
         let until = until.unwrap_or(f64::INFINITY);
-        Some(Rows {
+        Some(TrackRows {
             source,
             digest,
             session,
@@ -155,8 +155,8 @@ impl<'a> Rows<'a> {
     /// The timestamp of the first row, once read, if times are timestamps.
     pub(super) fn epoch(&self) -> Option<Epoch> {
         match &self.source {
-            From::File { recording, .. } => recording.epoch,
-            From::Stream { stream, .. } => stream.epoch(),
+            RowSource::File { recording, .. } => recording.epoch,
+            RowSource::Stream { stream, .. } => stream.epoch(),
         }
     }
 
@@ -166,18 +166,18 @@ impl<'a> Rows<'a> {
     }
 
     /// Takes the rows left out since the last call.
-    pub(super) fn take_left_out(&mut self) -> Vec<LeftOut> {
+    pub(super) fn take_left_out(&mut self) -> Vec<UnreadableRow> {
         std::mem::take(&mut self.left_out)
     }
 
     /// The next row between `--from` and `--until`.
-    pub(super) fn next(&mut self) -> Result<Option<Row>, WorkError> {
+    pub(super) fn next(&mut self) -> Result<Option<TrackRow>, WorkError> {
         loop {
             let row = match &mut self.source {
-                From::File { recording, next } => {
+                RowSource::File { recording, next } => {
                     let k = *next;
                     *next += 1;
-                    recording.times.get(k).map(|t| Row {
+                    recording.times.get(k).map(|t| TrackRow {
                         t: *t,
                         u: recording.inputs_at(k),
                         measured: (recording.measured.outputs.iter())
@@ -185,17 +185,18 @@ impl<'a> Rows<'a> {
                             .collect(),
                     })
                 }
-                From::Stream { stream, values } => {
+                RowSource::Stream { stream, values } => {
                     let t = match stream.next(values) {
                         Err(fault) if !(fault.is_end || self.is_strict) => {
                             self.session.remark(&format!("{fault}; the row is left out"));
                             self.n_left_out += 1;
-                            self.left_out.push(LeftOut { line: fault.line, reason: fault.what });
+                            self.left_out
+                                .push(UnreadableRow { line: fault.line, reason: fault.what });
                             continue;
                         }
                         read => read.map_err(|fault| WorkError::Found(fault.to_string()))?,
                     };
-                    t.map(|t| Row {
+                    t.map(|t| TrackRow {
                         t,
                         u: values[..self.n_inputs].to_vec(),
                         measured: values[self.n_inputs..].to_vec(),

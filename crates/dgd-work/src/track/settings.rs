@@ -18,7 +18,7 @@ use crate::error::WorkError;
 use crate::error::meant;
 use crate::model::Compilation;
 use crate::output::table::{push_table, significant};
-use crate::request::{TrackRequest, Tracker};
+use crate::request::{TrackRequest, TrackerKind};
 
 /// Default forgetting factor per row.
 const FORGETTING: f64 = 0.999;
@@ -27,37 +27,37 @@ const MINUTE: f64 = 60.0;
 
 /// Source of a number.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Origin {
+enum NumberOrigin {
     Asked,
     Declared,
     Usual(&'static str),
 }
 
-impl Origin {
+impl NumberOrigin {
     fn text(self) -> &'static str {
         match self {
-            Origin::Asked => "asked",
-            Origin::Declared => "declared",
-            Origin::Usual(text) => text,
+            NumberOrigin::Asked => "asked",
+            NumberOrigin::Declared => "declared",
+            NumberOrigin::Usual(text) => text,
         }
     }
 }
 
 /// A value given on the command line for a name, SI.
-struct Given {
+struct GivenValue {
     name: String,
     value: f64,
 }
 
 /// Values from the options that set them.
-pub(super) struct Asked {
-    process_noise: Vec<Given>,
-    start_std: Vec<Given>,
-    noise: Vec<Given>,
+pub(super) struct OptionValues {
+    process_noise: Vec<GivenValue>,
+    start_std: Vec<GivenValue>,
+    noise: Vec<GivenValue>,
     outputs: Vec<String>,
 }
 
-impl Asked {
+impl OptionValues {
     /// Reads the options; mistakes are reported.
     pub(super) fn read(
         request: &TrackRequest,
@@ -81,15 +81,16 @@ impl Asked {
         let parameters = parameters
             .map(|parameter| (parameter.declared.name.clone(), parameter.declared.unit.clone()));
         let tracked: Vec<(String, Unit)> = states.chain(parameters).collect();
-        let known = crate::run::recording::Known::of(dae);
+        let known = crate::run::recording::KnownColumns::from_dae(dae);
         let outputs: Vec<(String, Unit)> = known
             .outputs()
             .iter()
             .map(|output| (output.name.to_owned(), output.unit.clone()))
             .collect();
-        let mut values = |flag: &str, texts: &[String], known: &[(String, Unit)]| -> Vec<Given> {
-            texts.iter().filter_map(|text| given(compilation, flag, text, known)).collect()
-        };
+        let mut values =
+            |flag: &str, texts: &[String], known: &[(String, Unit)]| -> Vec<GivenValue> {
+                texts.iter().filter_map(|text| given(compilation, flag, text, known)).collect()
+            };
         let process_noise = values("--process-noise", &request.process_noise, &tracked);
         let start_std = values("--start-std", &request.start_std, &tracked);
         let noise = values("--noise", &request.noise, &outputs);
@@ -98,7 +99,7 @@ impl Asked {
             find(compilation, &name, &outputs, "output");
         }
         let outputs = request.outputs.iter().map(|name| name.trim().to_owned()).collect();
-        Asked { process_noise, start_std, noise, outputs }
+        OptionValues { process_noise, start_std, noise, outputs }
     }
 }
 
@@ -150,7 +151,7 @@ fn given(
     flag: &str,
     text: &str,
     known: &[(String, Unit)],
-) -> Option<Given> {
+) -> Option<GivenValue> {
     let source = compilation.argument(flag, text);
     let Compilation { sources, diagnostics, .. } = compilation;
     let (name, value) = syntax::parse_setting(source, sources, diagnostics).ok()?;
@@ -181,7 +182,7 @@ fn given(
         return None;
     }
     // A deviation has no offset.
-    Some(Given { name: name.text, value: number * unit_of_value.factor })
+    Some(GivenValue { name: name.text, value: number * unit_of_value.factor })
 }
 
 /// The unit of a name, if there is one.
@@ -207,19 +208,19 @@ fn find<'a>(
 pub(super) fn estimator(request: &TrackRequest) -> Result<FilterAlgorithm, WorkError> {
     let refuse = |option: &str, why: &str| Err(WorkError::Usage(format!("`{option}` {why}")));
     match request.estimator {
-        Tracker::Ekf | Tracker::Ukf if request.forgetting.is_some() => refuse(
+        TrackerKind::Ekf | TrackerKind::Ukf if request.forgetting.is_some() => refuse(
             "--forgetting",
             "belongs to `--estimator recursive`; in a filter, `--process-noise` says how fast \
              parameters may change",
         ),
-        Tracker::Recursive if !request.process_noise.is_empty() => refuse(
+        TrackerKind::Recursive if !request.process_noise.is_empty() => refuse(
             "--process-noise",
             "belongs to `ekf` and `ukf`; in `--estimator recursive`, `--forgetting` says how fast \
              parameters may change",
         ),
-        Tracker::Ekf => Ok(FilterAlgorithm::ExtendedKalman),
-        Tracker::Ukf => Ok(FilterAlgorithm::Unscented(SigmaSpread::default())),
-        Tracker::Recursive => Ok(FilterAlgorithm::Recursive {
+        TrackerKind::Ekf => Ok(FilterAlgorithm::ExtendedKalman),
+        TrackerKind::Ukf => Ok(FilterAlgorithm::Unscented(SigmaSpread::default())),
+        TrackerKind::Recursive => Ok(FilterAlgorithm::Recursive {
             forgetting_factor: request.forgetting.unwrap_or(FORGETTING),
             most_covariance: 1.0,
         }),
@@ -227,20 +228,20 @@ pub(super) fn estimator(request: &TrackRequest) -> Result<FilterAlgorithm, WorkE
 }
 
 /// Uncertainties and noise, with their sources.
-pub(super) struct Settings {
+pub(super) struct TrackSettings {
     pub tuning: FilterTuning,
     estimator: FilterAlgorithm,
     /// For states, then for parameters: sources of the initial uncertainty and of the process noise.
-    origins: Vec<[Origin; 2]>,
-    noise: Vec<Option<Origin>>,
+    origins: Vec<[NumberOrigin; 2]>,
+    noise: Vec<Option<NumberOrigin>>,
 }
 
-impl Settings {
+impl TrackSettings {
     /// # Errors
     ///
     /// An output in use declares no noise, or initial values are missing.
     pub(super) fn new(
-        asked: &Asked,
+        asked: &OptionValues,
         compiled: &CompiledStages,
         problem: &FilterProblem<'_>,
         first: FilterSample<'_>,
@@ -248,11 +249,12 @@ impl Settings {
     ) -> Result<Self, WorkError> {
         let signature = problem.system.signature();
         let mut tuning = usual_tuning(problem, first).map_err(|error| failed(&error))?;
-        let usual = [Origin::Usual("10 % of its size"), Origin::Usual("0.1 % of its size")];
-        let usual_parameter = [Origin::Usual("30 %"), Origin::Usual("10 % in an hour")];
+        let usual =
+            [NumberOrigin::Usual("10 % of its size"), NumberOrigin::Usual("0.1 % of its size")];
+        let usual_parameter = [NumberOrigin::Usual("30 %"), NumberOrigin::Usual("10 % in an hour")];
         let mut origins = Vec::new();
-        let find = |given: &[Given], name: &str| {
-            let is_it = |given: &&Given| {
+        let find = |given: &[GivenValue], name: &str| {
+            let is_it = |given: &&GivenValue| {
                 let rest = name.strip_prefix(given.name.as_str());
                 rest.is_some_and(|rest| rest.is_empty() || rest.starts_with('['))
             };
@@ -268,16 +270,16 @@ impl Settings {
         for (k, ((name, walk), prior)) in states.chain(named).zip(walks).zip(priors).enumerate() {
             let mut origin = if k < n_states { usual } else { usual_parameter };
             if let Some(prior) = prior {
-                (walk.start, origin[0]) = (prior.std(), Origin::Declared);
+                (walk.start, origin[0]) = (prior.std(), NumberOrigin::Declared);
             }
             if let Some(value) = find(&asked.start_std, &name) {
-                (walk.start, origin[0]) = (value, Origin::Asked);
+                (walk.start, origin[0]) = (value, NumberOrigin::Asked);
             }
             if let Some(rate) = declared_rate(compiled, problem, &name).filter(|_| k < n_states) {
-                (walk.rate, origin[1]) = (rate, Origin::Declared);
+                (walk.rate, origin[1]) = (rate, NumberOrigin::Declared);
             }
             if let Some(value) = find(&asked.process_noise, &name) {
-                (walk.rate, origin[1]) = (value / MINUTE.sqrt(), Origin::Asked);
+                (walk.rate, origin[1]) = (value / MINUTE.sqrt(), NumberOrigin::Asked);
             }
             origins.push(origin);
         }
@@ -293,9 +295,9 @@ impl Settings {
                 noise.push(None);
                 continue;
             }
-            let mut origin = Origin::Declared;
+            let mut origin = NumberOrigin::Declared;
             if let Some(value) = find(&asked.noise, &output.name) {
-                (*sigma, origin) = (Some(value), Origin::Asked);
+                (*sigma, origin) = (Some(value), NumberOrigin::Asked);
             }
             if sigma.is_none() {
                 without.push(format!("`{}`", output.name));
@@ -312,7 +314,7 @@ impl Settings {
                 without.join(", ")
             )));
         }
-        Ok(Settings { tuning, estimator: problem.estimator, origins, noise })
+        Ok(TrackSettings { tuning, estimator: problem.estimator, origins, noise })
     }
 
     fn name(&self) -> &'static str {

@@ -7,19 +7,20 @@ use std::path::{Path, PathBuf};
 
 use dgd_data::files::ResultFolder;
 use dgd_identify::{Monitor, Progress, Total};
-use dgd_job::work::{self, Plan, Share, Task};
+use dgd_job::work::{self, JobShare, PieceTask, RunPlan};
 use dgd_job::{
-    Identity, Job, JobError, Names, Program, State, Status, Store, fleet, is_elsewhere, status,
+    BuildIdentity, FleetStore, Job, JobError, JobStatus, PieceKeys, PieceState, ProgramFile, fleet,
+    is_elsewhere, status,
 };
-use dgd_work::{Ended, Listener};
+use dgd_work::{Reporter, TaskEnd};
 use serde_json::json;
 
 use crate::args::{JobAction, JobArgs, JobPlaceArgs, JobRunArgs};
 use crate::command_line::{command_line, program};
 use crate::console::{Console, print};
 use crate::failure::CommandError;
-use crate::progress::{Interrupt, ProgressDisplay};
-use crate::tail::{Printed, Saved, Shown, finish};
+use crate::progress::{InterruptPolicy, ProgressDisplay};
+use crate::tail::{CommandOutput, PrintedText, SavedContent, finish};
 
 pub(crate) fn run(args: &JobArgs, console: Console<'_>) -> Result<(), CommandError> {
     match &args.action {
@@ -55,12 +56,12 @@ fn absolute(path: &Path) -> Result<PathBuf, CommandError> {
 }
 
 /// This program and its build.
-fn this() -> Result<(Program, Identity), CommandError> {
+fn this() -> Result<(ProgramFile, BuildIdentity), CommandError> {
     let unreadable = |error: std::io::Error| {
         CommandError::Found(format!("the program cannot read its own file: {error}"))
     };
     let program = program().map_err(unreadable)?;
-    let identity = Identity::of(&program.file).map_err(unreadable)?;
+    let identity = BuildIdentity::read(&program.file).map_err(unreadable)?;
     Ok((program, identity))
 }
 
@@ -73,12 +74,12 @@ fn compute(args: &JobRunArgs, console: Console<'_>) -> Result<(), CommandError> 
                 job.len()
             )));
         }
-        (Some(index), _) => Share::One(index),
-        (None, Some((first, of))) => Share::Every { first, of },
-        (None, None) => Share::All,
+        (Some(index), _) => JobShare::One(index),
+        (None, Some((first, of))) => JobShare::Every { first, of },
+        (None, None) => JobShare::All,
     };
     let (program, identity) = this()?;
-    let store = Store::open(&args.place.into, &identity)?;
+    let store = FleetStore::open(&args.place.into, &identity)?;
     let into = absolute(&args.place.into)?;
     let threads = console.threads_asked().unwrap_or(job.threads);
     let cores = std::thread::available_parallelism().map_or(1, std::num::NonZero::get);
@@ -88,11 +89,11 @@ fn compute(args: &JobRunArgs, console: Console<'_>) -> Result<(), CommandError> 
             "this system does not tell how much memory a process has, so that none is limited",
         );
     }
-    let plan = Plan {
+    let plan = RunPlan {
         job: &job,
         store: &store,
         into: &into,
-        names: &Names::new(&job.folder, &identity),
+        names: &PieceKeys::new(&job.folder, &identity),
         program: &program,
         workers: args.workers.unwrap_or(cores / threads).max(1),
         threads,
@@ -100,7 +101,7 @@ fn compute(args: &JobRunArgs, console: Console<'_>) -> Result<(), CommandError> 
         share,
         retries: args.retry,
     };
-    let display = ProgressDisplay::new(console, Interrupt::Ends(how_to_go_on));
+    let display = ProgressDisplay::new(console, InterruptPolicy::Ends(how_to_go_on));
     display.begins(true);
     let heard =
         |done, all| display.advanced(Progress { what: "pieces", done, of: Total::Exactly(all) });
@@ -113,16 +114,16 @@ fn compute(args: &JobRunArgs, console: Console<'_>) -> Result<(), CommandError> 
         tally.pieces, tally.computed, tally.had, tally.failed
     );
     let ended = match tally.failed {
-        0 => Ended::Done,
-        n => Ended::Found(format!(
+        0 => TaskEnd::Done,
+        n => TaskEnd::Found(format!(
             "{n} of {} {word} failed: `dgd job status {} --into {}` says why",
             tally.pieces,
             args.place.job.display(),
             args.place.into.display()
         )),
     };
-    let (json, printed) = (Some(json!(tally)), Printed::Text(text));
-    finish(Shown { json, printed, ..Shown::new(ended) }, console)
+    let (json, printed) = (Some(json!(tally)), PrintedText::Text(text));
+    finish(CommandOutput { json, printed, ..CommandOutput::new(ended) }, console)
 }
 
 fn how_to_go_on(_is_kept: bool) -> &'static str {
@@ -130,9 +131,9 @@ fn how_to_go_on(_is_kept: bool) -> &'static str {
 }
 
 /// The job with its store and the build that wrote the results, which may differ from this one.
-fn known(args: &JobPlaceArgs) -> Result<(Job, Store, Identity), CommandError> {
+fn known(args: &JobPlaceArgs) -> Result<(Job, FleetStore, BuildIdentity), CommandError> {
     let job = loaded(&args.job)?;
-    let store = Store::at(&args.into)?;
+    let store = FleetStore::open_in(&args.into)?;
     let identity = match store.identity()? {
         Some(identity) => identity,
         None => this()?.1,
@@ -142,28 +143,28 @@ fn known(args: &JobPlaceArgs) -> Result<(Job, Store, Identity), CommandError> {
 
 fn say_status(args: &JobPlaceArgs, console: Console<'_>) -> Result<(), CommandError> {
     let (job, store, identity) = known(args)?;
-    let status: Status = status(&job, &store, &identity)?;
+    let status: JobStatus = status(&job, &store, &identity)?;
     let json = Some(status.to_json(&args.job, &args.into));
-    let printed = Printed::Text(status.to_text());
-    finish(Shown { json, printed, ..Shown::new(Ended::Done) }, console)
+    let printed = PrintedText::Text(status.to_text());
+    finish(CommandOutput { json, printed, ..CommandOutput::new(TaskEnd::Done) }, console)
 }
 
 fn report(args: &JobPlaceArgs, console: Console<'_>) -> Result<(), CommandError> {
     let (job, store, identity) = known(args)?;
     let fleet = fleet::collect(&job, &store, &identity)?;
     let saved = match console.out() {
-        Some(_) => Saved::Folder {
+        Some(_) => SavedContent::Folder {
             files: ResultFolder {
                 written: fleet.files(&command_line()),
                 removed: fleet.stale(console.out()),
             },
             is_told: true,
         },
-        None => Saved::Nothing,
+        None => SavedContent::Nothing,
     };
     let json = console.is_json().then(|| fleet.to_json());
-    let printed = Printed::Text(fleet.to_text());
-    finish(Shown { json, saved, printed, ..Shown::new(Ended::Done) }, console)
+    let printed = PrintedText::Text(fleet.to_text());
+    finish(CommandOutput { json, saved, printed, ..CommandOutput::new(TaskEnd::Done) }, console)
 }
 
 /// Computes pieces for another process.
@@ -176,20 +177,20 @@ fn answer() -> Result<(), CommandError> {
 fn list(args: &JobPlaceArgs, console: Console<'_>) -> Result<(), CommandError> {
     let job = loaded(&args.job)?;
     let (_, identity) = this()?;
-    let store = Store::open(&args.into, &identity)?;
+    let store = FleetStore::open(&args.into, &identity)?;
     let (into, there) = (absolute(&args.into)?, store.all()?);
-    let names = Names::new(&job.folder, &identity);
+    let names = PieceKeys::new(&job.folder, &identity);
     let threads = console.threads_asked().unwrap_or(job.threads);
     print(&format!(
         "{}\n",
         json!({ "identity": identity, "pieces": job.len(), "threads": threads, "memory": job.memory })
     ))?;
     for (index, piece) in job.pieces().enumerate() {
-        let name = names.of(&piece);
+        let name = names.key(&piece);
         let state = there.get(&name).copied();
         let what = piece.kind.to_string();
-        let path = store.path(&name, state.unwrap_or(State::Done));
-        let task = Task {
+        let path = store.path(&name, state.unwrap_or(PieceState::Done));
+        let task = PieceTask {
             name,
             piece,
             folder: job.folder.clone(),
@@ -198,7 +199,7 @@ fn list(args: &JobPlaceArgs, console: Console<'_>) -> Result<(), CommandError> {
             memory: job.memory,
             given_up: None,
         };
-        let state = state.map(State::name);
+        let state = state.map(PieceState::name);
         print(&format!(
             "{}\n",
             json!({ "index": index, "what": what, "state": state, "path": path, "task": task })

@@ -4,9 +4,9 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::ffi::OsString;
 
 use clap::Parser;
-use dgd_job::work::Task;
-use dgd_job::{Class, Job, Outcome, Piece};
-use dgd_work::{Ended, Remarks, Session, WorkError, discover, fit};
+use dgd_job::work::PieceTask;
+use dgd_job::{FailureClass, Job, Piece, PieceOutcome};
+use dgd_work::{Remarks, TaskContext, TaskEnd, WorkError, discover, fit};
 
 use crate::args::{Cli, Command};
 use crate::crash;
@@ -39,20 +39,21 @@ fn parsed(piece: &Piece) -> Result<Command, String> {
 }
 
 /// Computes a piece; a crash is an outcome as well.
-pub(super) fn perform(task: &Task) -> Outcome {
+pub(super) fn perform(task: &PieceTask) -> PieceOutcome {
     let computed = crash::caught(|| computed(task));
-    computed.unwrap_or_else(|crash| Outcome::failed(Class::Mistake, crash.to_string()))
+    computed.unwrap_or_else(|crash| PieceOutcome::failed(FailureClass::Mistake, crash.to_string()))
 }
 
-fn computed(task: &Task) -> Outcome {
+fn computed(task: &PieceTask) -> PieceOutcome {
     let piece = &task.piece;
     if let Some(memory) = task.memory {
         scratch::limit_pieces(memory);
     }
     let remarks = Remarks::default();
-    let session = Session::new(&remarks).with_seed(piece.seed).with_threads(task.threads.max(1));
+    let session =
+        TaskContext::new(&remarks).with_seed(piece.seed).with_threads(task.threads.max(1));
     let performed = match parsed(piece) {
-        Err(message) => return Outcome::failed(Class::Usage, message),
+        Err(message) => return PieceOutcome::failed(FailureClass::Usage, message),
         Ok(Command::Fit(args)) => {
             let mut request = args.request(None);
             request.command = piece.command();
@@ -67,37 +68,39 @@ fn computed(task: &Task) -> Outcome {
             discover(&request, session)
                 .and_then(|found| Ok((found.to_json(), None, texts(&found)?)))
         }
-        Ok(_) => return Outcome::failed(Class::Usage, "this is not a piece of work"),
+        Ok(_) => return PieceOutcome::failed(FailureClass::Usage, "this is not a piece of work"),
     };
     match performed {
         Ok((result, stopped, files)) => {
-            Outcome::Done { result, stopped, remarks: remarks.all(), files }
+            PieceOutcome::Done { result, stopped, remarks: remarks.all(), files }
         }
         Err(error) => failed(&error),
     }
 }
 
 /// Why a result is incomplete.
-fn stopped(ended: Ended) -> Option<String> {
+fn stopped(ended: TaskEnd) -> Option<String> {
     match ended {
-        Ended::Done => None,
-        Ended::Found(words) | Ended::Stopped(words) | Ended::Interrupted(words) => Some(words),
+        TaskEnd::Done => None,
+        TaskEnd::Found(words) | TaskEnd::Stopped(words) | TaskEnd::Interrupted(words) => {
+            Some(words)
+        }
         other => Some(format!("{other:?}")),
     }
 }
 
 /// The corrected model, described effects and laws.
-fn texts(found: &dgd_work::Discovered) -> Result<BTreeMap<String, String>, WorkError> {
+fn texts(found: &dgd_work::DiscoveryResult) -> Result<BTreeMap<String, String>, WorkError> {
     let written = found.files()?.written.into_iter();
     let texts = written.filter(|(name, _)| TEXTS.iter().any(|ending| name.ends_with(ending)));
     Ok(texts.map(|(name, bytes)| (name, String::from_utf8_lossy(&bytes).into_owned())).collect())
 }
 
-fn failed(error: &WorkError) -> Outcome {
+fn failed(error: &WorkError) -> PieceOutcome {
     let class = match error.class() {
-        dgd_work::Class::Data => Class::Data,
-        dgd_work::Class::Usage => Class::Usage,
-        _ => Class::Computation,
+        dgd_work::MistakeClass::Data => FailureClass::Data,
+        dgd_work::MistakeClass::Usage => FailureClass::Usage,
+        _ => FailureClass::Computation,
     };
-    Outcome::Failed { class, message: error.to_string(), mistakes: error.mistakes() }
+    PieceOutcome::Failed { class, message: error.to_string(), mistakes: error.mistakes() }
 }

@@ -16,7 +16,7 @@ use dgd_data::{DiskFiles, FileSystem, decompressed};
 use crate::args::NewArgs;
 use crate::console::Console;
 use crate::failure::CommandError;
-use templates::{TEMPLATES, Template};
+use templates::{ProjectTemplate, TEMPLATES};
 
 /// Bytes of the largest recording that is copied into a project.
 const MOST_BYTES: u64 = 1 << 30;
@@ -43,7 +43,7 @@ pub(crate) fn run(args: &NewArgs, console: Console<'_>) -> Result<(), CommandErr
             let stem = folder.file_name().map(|name| name.to_string_lossy().into_owned());
             let model = names::identifier(&stem.unwrap_or_default(), "model");
             let bytes = bytes_of(path)?;
-            let skeleton = skeleton::of(&model, path, &bytes, &args.outputs)?;
+            let skeleton = skeleton::build(&model, path, &bytes, &args.outputs)?;
             (skeleton.files, skeleton.remarks)
         }
         (None, None) => unreachable!("clap asks for one of them"),
@@ -75,8 +75,9 @@ fn bytes_of(path: &Path) -> Result<Vec<u8>, CommandError> {
 }
 
 /// The files of a template's project.
-fn of_template(template: &Template) -> ResultFolder {
-    let Template { about, model, text, effects, recordings: [train, valid], truth, .. } = template;
+fn of_template(template: &ProjectTemplate) -> ResultFolder {
+    let ProjectTemplate { about, model, text, effects, recordings: [train, valid], truth, .. } =
+        template;
     let title = format!("# {model}\n\n{about}\n\n");
     let story = "The model is right but for one effect that the recordings have and it lacks. Five commands find it:\n\n";
     let commands = commands(model, "train.csv", Some("valid.csv"));

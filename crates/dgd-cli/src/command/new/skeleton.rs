@@ -31,7 +31,7 @@ pub(super) struct Skeleton {
 const PARQUET: &[u8] = b"PAR1";
 
 /// A column used by the model.
-struct Quantity<'a> {
+struct SkeletonColumn<'a> {
     /// The column in the file.
     column: &'a DataColumn,
     name: String,
@@ -47,7 +47,7 @@ struct Quantity<'a> {
 /// # Errors
 ///
 /// The recording cannot be read, has no time, or lacks the requested outputs.
-pub(super) fn of(
+pub(super) fn build(
     model: &str,
     path: &Path,
     bytes: &[u8],
@@ -91,7 +91,7 @@ pub(super) fn of(
 fn copied(
     table: &DataTable,
     sources: &SourceMap,
-    quantities: &[Quantity<'_>],
+    quantities: &[SkeletonColumn<'_>],
     bytes: &[u8],
 ) -> Vec<u8> {
     let header = header(table, sources, quantities);
@@ -102,8 +102,8 @@ fn copied(
 }
 
 /// The columns of the model as CSV, in the units of the file.
-fn written(table: &DataTable, times: &[f64], quantities: &[Quantity<'_>]) -> Vec<u8> {
-    let unit = |one: &Quantity<'_>| dgd_runtime::Unit {
+fn written(table: &DataTable, times: &[f64], quantities: &[SkeletonColumn<'_>]) -> Vec<u8> {
+    let unit = |one: &SkeletonColumn<'_>| dgd_runtime::Unit {
         symbol: one.unit.symbol.clone().into(),
         factor: 1.0,
         offset: 0.0,
@@ -128,7 +128,7 @@ fn is_usable(column: &DataColumn) -> bool {
 fn quantities<'a>(
     table: &'a DataTable,
     outputs: &[String],
-) -> Result<Vec<Quantity<'a>>, CommandError> {
+) -> Result<Vec<SkeletonColumn<'a>>, CommandError> {
     let columns: Vec<&DataColumn> =
         table.columns.iter().filter(|column| is_usable(column)).collect();
     if let Some(unknown) = outputs.iter().find(|name| !columns.iter().any(|c| c.name == **name)) {
@@ -140,10 +140,10 @@ fn quantities<'a>(
         )));
     }
     let names = distinct(columns.iter().map(|column| identifier(&column.name, "input")).collect());
-    let mut quantities: Vec<Quantity<'_>> = columns
+    let mut quantities: Vec<SkeletonColumn<'_>> = columns
         .into_iter()
         .zip(names)
-        .map(|(column, name)| Quantity {
+        .map(|(column, name)| SkeletonColumn {
             column,
             name,
             unit: column.unit.clone().unwrap_or_else(Unit::one),
@@ -173,7 +173,7 @@ fn quantities<'a>(
 }
 
 /// The classification, as a remark.
-fn told(quantities: &[Quantity<'_>]) -> String {
+fn told(quantities: &[SkeletonColumn<'_>]) -> String {
     let named = |is_output: bool| {
         let of_kind = quantities.iter().filter(|one| one.is_output == is_output);
         let names: Vec<String> = of_kind.map(|one| format!("`{}`", one.name)).collect();
@@ -183,7 +183,7 @@ fn told(quantities: &[Quantity<'_>]) -> String {
 }
 
 /// The header line, with names of the model.
-fn header(table: &DataTable, sources: &SourceMap, quantities: &[Quantity<'_>]) -> String {
+fn header(table: &DataTable, sources: &SourceMap, quantities: &[SkeletonColumn<'_>]) -> String {
     let line = sources.text(table.header);
     let first = table
         .columns
@@ -207,9 +207,9 @@ fn header(table: &DataTable, sources: &SourceMap, quantities: &[Quantity<'_>]) -
 }
 
 /// The model's text.
-fn text(model: &str, path: &Path, quantities: &[Quantity<'_>], duration: f64) -> String {
-    let inputs: Vec<&Quantity<'_>> = quantities.iter().filter(|one| !one.is_output).collect();
-    let outputs: Vec<&Quantity<'_>> = quantities.iter().filter(|one| one.is_output).collect();
+fn text(model: &str, path: &Path, quantities: &[SkeletonColumn<'_>], duration: f64) -> String {
+    let inputs: Vec<&SkeletonColumn<'_>> = quantities.iter().filter(|one| !one.is_output).collect();
+    let outputs: Vec<&SkeletonColumn<'_>> = quantities.iter().filter(|one| one.is_output).collect();
     let mut text = format!("/// A first model of {}.\nmodel {model}\n\n", path.display());
     // Writing to a string cannot fail.
     for one in &inputs {
@@ -237,7 +237,7 @@ fn text(model: &str, path: &Path, quantities: &[Quantity<'_>], duration: f64) ->
     text.push('\n');
     for one in &outputs {
         let y = &one.name;
-        let gain = |u: &&Quantity<'_>| format!(" + k_{y}_{0}*({0} - {0}_0)", u.name);
+        let gain = |u: &&SkeletonColumn<'_>| format!(" + k_{y}_{0}*({0} - {0}_0)", u.name);
         let gains: String = inputs.iter().map(gain).collect();
         let _ = writeln!(text, "equation {y}_lag: tau_{y}*der({y}) = {y}_0{gains} - {y}");
     }
@@ -255,12 +255,17 @@ fn text(model: &str, path: &Path, quantities: &[Quantity<'_>], duration: f64) ->
     text
 }
 
-fn remark(one: &Quantity<'_>) -> &'static str {
+fn remark(one: &SkeletonColumn<'_>) -> &'static str {
     if one.is_plain { "    # the file has no unit: put it between the brackets" } else { "" }
 }
 
 /// Declares the parameters of an output's lag.
-fn declare_lag(text: &mut String, one: &Quantity<'_>, inputs: &[&Quantity<'_>], duration: f64) {
+fn declare_lag(
+    text: &mut String,
+    one: &SkeletonColumn<'_>,
+    inputs: &[&SkeletonColumn<'_>],
+    duration: f64,
+) {
     let (y, unit) = (&one.name, &one.unit.symbol);
     let mean = mean(&one.column.values);
     let size = short(spread(&one.column.values));
@@ -270,7 +275,7 @@ fn declare_lag(text: &mut String, one: &Quantity<'_>, inputs: &[&Quantity<'_>], 
     let _ = writeln!(text, "parameter tau_{y} [s] = {tau}  in {least} .. {most}, log");
     for input in inputs {
         let gain = gain_unit(&one.unit, &input.unit);
-        let in_unit = |q: &Quantity<'_>| spread(&q.column.values) * q.unit.factor;
+        let in_unit = |q: &SkeletonColumn<'_>| spread(&q.column.values) * q.unit.factor;
         let factor = parse_unit(&gain).map_or(1.0, |unit| unit.factor);
         let nominal = short(in_unit(one) / in_unit(input) / factor);
         let _ = writeln!(text, "parameter k_{y}_{} [{gain}] = 0  nominal {nominal}", input.name);
@@ -302,7 +307,7 @@ fn gain_unit(output: &Unit, input: &Unit) -> String {
 }
 
 /// An example effect.
-fn effect(model: &str, output: &Quantity<'_>) -> (String, String) {
+fn effect(model: &str, output: &SkeletonColumn<'_>) -> (String, String) {
     let y = &output.name;
     let unit = gain_unit(&output.unit, &Unit::one());
     let factor = parse_unit(&unit).map_or(1.0, |unit| unit.factor);

@@ -5,7 +5,7 @@
 
 /// A project template.
 #[derive(Debug)]
-pub(super) struct Template {
+pub(super) struct ProjectTemplate {
     /// Its name on the command line.
     pub(super) name: &'static str,
     /// A sentence about the plant.
@@ -32,7 +32,7 @@ macro_rules! file {
 macro_rules! template {
     ($name:literal, $about:literal, $folder:literal, $model:literal, $file:literal,
      [$train:literal, $valid:literal, $truth:literal], [$($effect:literal),* $(,)?]) => {
-        Template {
+        ProjectTemplate {
             name: $name,
             about: $about,
             model: $model,
@@ -45,7 +45,7 @@ macro_rules! template {
 }
 
 /// All templates.
-pub(super) static TEMPLATES: &[Template] = &[
+pub(super) static TEMPLATES: &[ProjectTemplate] = &[
     template!(
         "motor",
         "A DC motor on a test bench: voltage and brake torque in, current and speed out.",

@@ -13,7 +13,7 @@ use super::skeleton;
 /// The model made from a recording, which has to compile, the recording in the project, and the remarks.
 fn made(csv: &str, outputs: &[&str]) -> (String, String, Vec<String>) {
     let outputs: Vec<String> = outputs.iter().map(|name| (*name).to_owned()).collect();
-    let skeleton = skeleton::of("plant", Path::new("run.csv"), csv.as_bytes(), &outputs)
+    let skeleton = skeleton::build("plant", Path::new("run.csv"), csv.as_bytes(), &outputs)
         .unwrap_or_else(|error| panic!("{csv}: {error:?}"));
     let text = |name: &str| {
         let file = skeleton.files.written.iter().find(|(path, _)| path == name);

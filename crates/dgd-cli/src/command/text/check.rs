@@ -6,12 +6,12 @@ use dgd_compiler::diagnostics::Fix;
 use dgd_compiler::diagnostics::fix::written;
 use dgd_compiler::source::SourceId;
 use dgd_data::files::write_whole;
-use dgd_work::{CheckRequest, Checked, Ended, check};
+use dgd_work::{CheckRequest, CheckedModel, TaskEnd, check};
 
 use crate::args::CheckArgs;
 use crate::console::Console;
 use crate::failure::CommandError;
-use crate::tail::{Printed, Saved, Shown, finish};
+use crate::tail::{CommandOutput, PrintedText, SavedContent, finish};
 
 /// Most repetitions of the check: fixes may uncover further mistakes, but not without end.
 const ROUNDS: usize = 100;
@@ -31,14 +31,14 @@ pub(crate) fn run(args: &CheckArgs, console: Console<'_>) -> Result<(), CommandE
     let checked = checked?;
     let summary = checked.summary();
     let json = checked.to_json();
-    let shown = Shown::new(Ended::Done);
+    let shown = CommandOutput::new(TaskEnd::Done);
     // Without a result, the summary goes to standard error.
-    let is_remark = matches!(checked, Checked::Effect { .. })
+    let is_remark = matches!(checked, CheckedModel::Effect { .. })
         || console.out().is_none() && !console.writes_json();
     let shown = if is_remark {
-        Shown { saved: Saved::Nothing, closing: Some(summary), ..shown }
+        CommandOutput { saved: SavedContent::Nothing, closing: Some(summary), ..shown }
     } else {
-        Shown { json, printed: Printed::Text(summary), ..shown }
+        CommandOutput { json, printed: PrintedText::Text(summary), ..shown }
     };
     finish(shown, console)
 }

@@ -8,7 +8,7 @@ use dgd_compiler::pipeline::SensitivityDirections;
 use dgd_compiler::syntax::print;
 use dgd_work::load;
 
-use crate::args::{EmitArgs, Stage};
+use crate::args::{CompilerStage, EmitArgs};
 use crate::console::Console;
 use crate::failure::CommandError;
 
@@ -18,15 +18,15 @@ pub(crate) fn run(args: &EmitArgs, console: Console<'_>) -> Result<(), CommandEr
     console.spare(&loaded.sources)?;
     let compiled = &loaded.compiled;
     let text = match args.stage {
-        Stage::Ast => match &loaded.changed {
+        CompilerStage::Ast => match &loaded.changed {
             Some(changed) => changed.text(&loaded.sources),
             // Imports stay in their own files, and the printed text can be read back beside them.
             None => print::print(&compiled.asts[0]),
         },
-        Stage::Model => model_text::write(&compiled.model),
-        Stage::Dae => dae_text::write(&compiled.dae),
-        Stage::Program => compiled.program.to_string(),
-        Stage::Rust => {
+        CompilerStage::Model => model_text::write(&compiled.model),
+        CompilerStage::Dae => dae_text::write(&compiled.dae),
+        CompilerStage::Program => compiled.program.to_string(),
+        CompilerStage::Rust => {
             let name = &compiled.program.signature.name;
             let tokens = codegen::generate(&compiled.program, name, &loaded.sources);
             let file = syn::parse2(tokens).map_err(|error| {
@@ -34,8 +34,8 @@ pub(crate) fn run(args: &EmitArgs, console: Console<'_>) -> Result<(), CommandEr
             })?;
             prettyplease::unparse(&file)
         }
-        Stage::Latex => latex::write(&compiled.asts, &compiled.model),
-        Stage::Markdown => {
+        CompilerStage::Latex => latex::write(&compiled.asts, &compiled.model),
+        CompilerStage::Markdown => {
             let path = args.model.display().to_string();
             markdown::write(&compiled.asts, &compiled.model, &path)
         }

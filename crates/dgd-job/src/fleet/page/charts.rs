@@ -3,10 +3,10 @@
 use dgd_page::{ChartLink, Markup, Page};
 use dgd_plot::{Envelope, Figure, MathText, Panel, PlotSeries, SeriesStyle};
 
-use super::super::first::Reason;
-use super::super::reading::Estimate;
-use super::super::{Fleet, WellFound};
-use super::time::Axis;
+use super::super::first::TriageReason;
+use super::super::reading::FleetEstimate;
+use super::super::{AssetResults, Fleet};
+use super::time::TimeAxis;
 
 /// Wells drawn individually in a figure over time, the most urgent.
 const SHOWN: usize = 5;
@@ -25,7 +25,7 @@ pub(super) fn unit(fleet: &Fleet, parameter: usize) -> MathText {
 }
 
 /// The last estimate of a well.
-fn latest<'a>(well: &'a WellFound, name: &str) -> Option<&'a Estimate> {
+fn latest<'a>(well: &'a AssetResults, name: &str) -> Option<&'a FleetEstimate> {
     well.latest()?.estimate(name)
 }
 
@@ -33,13 +33,13 @@ fn latest<'a>(well: &'a WellFound, name: &str) -> Option<&'a Estimate> {
 pub(super) fn over_wells(page: &mut Page, fleet: &Fleet) -> Markup {
     let panel = |parameter: usize| {
         let name = &fleet.parameters[parameter].0;
-        let mut estimates: Vec<&Estimate> =
+        let mut estimates: Vec<&FleetEstimate> =
             fleet.wells.iter().filter_map(|well| latest(well, name)).collect();
         estimates.sort_by(|a, b| a.value.total_cmp(&b.value));
         let x: Vec<f64> = (1..=estimates.len()).map(|k| k as f64).collect();
         let y = estimates.iter().map(|estimate| estimate.value).collect();
         let end = |high: bool| {
-            let end = |one: &&Estimate| {
+            let end = |one: &&FleetEstimate| {
                 one.band.map_or(f64::NAN, |band| if high { band.1 } else { band.0 })
             };
             estimates.iter().map(end).collect()
@@ -65,13 +65,13 @@ pub(super) fn over_wells(page: &mut Page, fleet: &Fleet) -> Markup {
 }
 
 /// The 50 % and 90 % bands of the wells over time, and the most urgent wells individually.
-pub(super) fn over_time(page: &mut Page, fleet: &Fleet, axis: &Axis) -> Markup {
+pub(super) fn over_time(page: &mut Page, fleet: &Fleet, axis: &TimeAxis) -> Markup {
     if fleet.wells.iter().all(|well| well.occasions.len() < 2) {
         return Markup::default();
     }
     let mut chosen: Vec<usize> = Vec::new();
     for (well, reason) in &fleet.first {
-        let is_of_numbers = matches!(reason, Reason::Moved(..) | Reason::Unlike(..));
+        let is_of_numbers = matches!(reason, TriageReason::Moved(..) | TriageReason::Unlike(..));
         if is_of_numbers && chosen.len() < SHOWN && !chosen.contains(well) {
             chosen.push(*well);
         }
@@ -118,12 +118,12 @@ pub(super) fn over_time(page: &mut Page, fleet: &Fleet, axis: &Axis) -> Markup {
 
 /// Estimates of a well with their times.
 pub(super) fn of_well<'a>(
-    well: &'a WellFound,
+    well: &'a AssetResults,
     name: &'a str,
-    axis: &'a Axis,
-) -> impl Iterator<Item = (f64, &'a Estimate)> {
-    let one = move |found: &'a super::super::reading::Found| {
-        Some((axis.at(&found.when), found.estimate(name)?))
+    axis: &'a TimeAxis,
+) -> impl Iterator<Item = (f64, &'a FleetEstimate)> {
+    let one = move |found: &'a super::super::reading::PeriodResults| {
+        Some((axis.position(&found.when), found.estimate(name)?))
     };
     well.occasions.iter().filter_map(one)
 }

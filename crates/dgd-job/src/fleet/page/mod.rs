@@ -32,7 +32,7 @@ pub(super) fn name(page: usize) -> String {
 /// All pages.
 pub(super) fn all(fleet: &Fleet, command: &str) -> Vec<(String, Vec<u8>)> {
     let origin = origin(fleet, command);
-    let axis = time::Axis::of(fleet);
+    let axis = time::TimeAxis::from_fleet(fleet);
     let mut pages = vec![(FILES[0].to_owned(), index(fleet, &axis, &origin).into_bytes())];
     for page in 1..=count(fleet) {
         let wells = (page - 1) * EACH..(page * EACH).min(fleet.wells.len());
@@ -57,7 +57,7 @@ fn link_to(fleet: &Fleet, well: usize) -> Markup {
     Markup::text(&fleet.wells[well].name).linked(&name(well / EACH + 1))
 }
 
-fn index(fleet: &Fleet, axis: &time::Axis, origin: &PageOrigin) -> String {
+fn index(fleet: &Fleet, axis: &time::TimeAxis, origin: &PageOrigin) -> String {
     let mut page = Page::new("Fleet");
     let tone = if fleet.first.is_empty() { HeadlineTone::Good } else { HeadlineTone::Doubt };
     let more = [Markup::text(&progress(fleet)).then(&Markup::text(".")).paragraph(), first(fleet)];
@@ -137,10 +137,10 @@ fn said(name: &str) -> String {
 mod tests {
     use std::collections::BTreeSet;
 
-    use super::super::reading::{By, Estimate, Found};
-    use super::super::{Counts, WellFound, changes, first, unlike};
+    use super::super::reading::{FleetEstimate, IntervalSource, PeriodResults};
+    use super::super::{AssetResults, FleetCounts, changes, first, unlike};
     use super::*;
-    use crate::identity::Identity;
+    use crate::identity::BuildIdentity;
 
     /// Bytes of the largest page of wells that a browser opens at once.
     const MOST_BYTES: usize = 4_000_000;
@@ -150,7 +150,13 @@ mod tests {
         let parameters = [("tau", "s"), ("gain", "K/W")].map(|(a, b)| (a.to_owned(), b.to_owned()));
         let estimate = |value: f64, std: f64, unit: &str| {
             let band = Some((value - 2.0 * std, value + 2.0 * std));
-            Estimate { value, std: Some(std), band, by: By::Std, unit: unit.to_owned() }
+            FleetEstimate {
+                value,
+                std: Some(std),
+                band,
+                by: IntervalSource::Std,
+                unit: unit.to_owned(),
+            }
         };
         let findings = |w: usize, when: &str, later: f64| {
             // Two low-discrepancy sequences.
@@ -161,26 +167,32 @@ mod tests {
                 ("gain".to_owned(), estimate(gain, 0.001, "K/W")),
             ];
             let (fit, degrees_of_freedom) = (Some(Ok(())), Some(500.0));
-            Found { when: when.to_owned(), estimates, fit, degrees_of_freedom, ..Found::default() }
+            PeriodResults {
+                when: when.to_owned(),
+                estimates,
+                fit,
+                degrees_of_freedom,
+                ..PeriodResults::default()
+            }
         };
-        let well = |w: usize| WellFound {
+        let well = |w: usize| AssetResults {
             name: format!("W-{w}"),
             occasions: vec![findings(w, "2024-03", 0.0), findings(w, "2025-03", 0.1)],
             lacks: Vec::new(),
             changes: Vec::new(),
         };
-        let mut wells: Vec<WellFound> = (0..n).map(well).collect();
+        let mut wells: Vec<AssetResults> = (0..n).map(well).collect();
         changes::find(&mut wells);
         let compared = unlike::compare(&wells, &parameters);
         let first = first::order(&wells, &compared, &parameters);
         let text = |text: &str| text.to_owned();
-        let identity = Identity {
+        let identity = BuildIdentity {
             version: text("1"),
             build: text("b"),
             platform: text("p"),
             arithmetic: text("a"),
         };
-        let counts = Counts { pieces: 2 * n, done: 2 * n, failed: 0 };
+        let counts = FleetCounts { pieces: 2 * n, done: 2 * n, failed: 0 };
         let models = vec![("m.dgd".to_owned(), n)];
         let parameters = parameters.to_vec();
         Fleet { counts, parameters, wells, compared, first, identity, seed: 0, models }

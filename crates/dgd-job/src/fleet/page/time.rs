@@ -5,41 +5,41 @@ use std::collections::BTreeMap;
 use super::super::Fleet;
 
 /// A time axis: years if all occasions are dates or numbers, and otherwise their order.
-pub(super) enum Axis {
+pub(super) enum TimeAxis {
     /// Years, or the numbers of the job file.
     Numbers,
     /// The index of an occasion's name, in order of appearance.
     Order(BTreeMap<String, usize>),
 }
 
-impl Axis {
+impl TimeAxis {
     /// The axis for all occasions of a fleet.
-    pub(super) fn of(fleet: &Fleet) -> Axis {
+    pub(super) fn from_fleet(fleet: &Fleet) -> TimeAxis {
         let dates = || fleet.wells.iter().flat_map(|well| &well.occasions).map(|found| &found.when);
         if dates().all(|when| number(when).is_some()) {
-            return Axis::Numbers;
+            return TimeAxis::Numbers;
         }
         let mut places = BTreeMap::new();
         for when in dates() {
             let next = places.len();
             places.entry(when.clone()).or_insert(next);
         }
-        Axis::Order(places)
+        TimeAxis::Order(places)
     }
 
     /// The position of an occasion.
-    pub(super) fn at(&self, when: &str) -> f64 {
+    pub(super) fn position(&self, when: &str) -> f64 {
         match self {
-            Axis::Numbers => number(when).unwrap_or(f64::NAN),
-            Axis::Order(places) => places.get(when).map_or(f64::NAN, |place| *place as f64),
+            TimeAxis::Numbers => number(when).unwrap_or(f64::NAN),
+            TimeAxis::Order(places) => places.get(when).map_or(f64::NAN, |place| *place as f64),
         }
     }
 
     /// The axis label.
     pub(super) fn label(&self) -> &'static str {
         match self {
-            Axis::Numbers => "When",
-            Axis::Order(_) => "Occasion, in the order of the job",
+            TimeAxis::Numbers => "When",
+            TimeAxis::Order(_) => "Occasion, in the order of the job",
         }
     }
 }

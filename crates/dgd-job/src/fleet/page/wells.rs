@@ -5,10 +5,10 @@ use std::ops::Range;
 use dgd_page::{ChartLink, HeadlineTone, Markup, Page, PageCell, PageOrigin, PageTable};
 use dgd_plot::{Envelope, Figure, MathText, Panel, PlotSeries, SeriesStyle};
 
-use super::super::reading::{By, Estimate, Found};
-use super::super::{FILES, Fleet, WellFound};
+use super::super::reading::{FleetEstimate, IntervalSource, PeriodResults};
+use super::super::{AssetResults, FILES, Fleet};
 use super::charts::{of_well, title, unit};
-use super::time::Axis;
+use super::time::TimeAxis;
 use super::{count, name, said};
 
 /// Share of its slot on the axis that a well takes, so that neighbours stay separate.
@@ -18,7 +18,7 @@ pub(super) fn page(
     fleet: &Fleet,
     number: usize,
     wells: Range<usize>,
-    axis: &Axis,
+    axis: &TimeAxis,
     origin: &PageOrigin,
 ) -> String {
     let (first, last) = (&fleet.wells[wells.start].name, &fleet.wells[wells.end - 1].name);
@@ -87,9 +87,10 @@ fn summary(fleet: &Fleet, wells: Range<usize>) -> Markup {
 }
 
 /// A panel for each parameter, with a slot on the axis for each well.
-fn figure(fleet: &Fleet, wells: Range<usize>, axis: &Axis) -> Figure {
-    let times =
-        || fleet.wells.iter().flat_map(|well| &well.occasions).map(|found| axis.at(&found.when));
+fn figure(fleet: &Fleet, wells: Range<usize>, axis: &TimeAxis) -> Figure {
+    let times = || {
+        fleet.wells.iter().flat_map(|well| &well.occasions).map(|found| axis.position(&found.when))
+    };
     let first = times().fold(f64::INFINITY, f64::min);
     let span = times().fold(f64::NEG_INFINITY, f64::max) - first;
     let position = |w: usize, t: f64| {
@@ -135,7 +136,7 @@ fn figure(fleet: &Fleet, wells: Range<usize>, axis: &Axis) -> Figure {
 
 /// The 90 % range of all last estimates.
 fn bulk(fleet: &Fleet, name: &str) -> (f64, f64) {
-    let value = |well: &WellFound| well.latest()?.estimate(name).map(|estimate| estimate.value);
+    let value = |well: &AssetResults| well.latest()?.estimate(name).map(|estimate| estimate.value);
     let mut values: Vec<f64> = fleet.wells.iter().filter_map(value).collect();
     values.sort_by(f64::total_cmp);
     let quantile = |share: f64| values.get((share * values.len() as f64) as usize).copied();
@@ -171,7 +172,7 @@ fn occasions(fleet: &Fleet, wells: Range<usize>) -> Markup {
 }
 
 /// Remarks on a fit.
-fn fit(found: &Found) -> String {
+fn fit(found: &PeriodResults) -> String {
     let mut remarks = Vec::new();
     match &found.fit {
         None => {}
@@ -191,10 +192,10 @@ fn fit(found: &Found) -> String {
 }
 
 /// An estimate with its deviation, or with its confidence interval if that comes from another method.
-fn number(estimate: Option<&Estimate>) -> PageCell {
+fn number(estimate: Option<&FleetEstimate>) -> PageCell {
     let Some(estimate) = estimate else { return PageCell::number("–", None) };
     let shown = match (estimate.by, estimate.band) {
-        (By::Profile | By::Replicates(_), Some((low, high))) => {
+        (IntervalSource::Profile | IntervalSource::Replicates(_), Some((low, high))) => {
             let std = 0.25 * (high - low);
             let [low, value, high] =
                 [low, estimate.value, high].map(|value| dgd_work::shown_like(value, std));

@@ -16,19 +16,22 @@ use dgd_runtime::{Inputs, System, Unit};
 use crate::error::{WorkError, meant};
 use crate::model::load;
 use crate::request::InvertRequest;
-use crate::run::Run;
-use crate::session::Session;
+use crate::run::ModelRun;
+use crate::session::TaskContext;
 use sensors::{Sensor, sensors};
 
-pub use report::Missing;
-pub use twin::Twin;
+pub use report::InvertedReport;
+pub use twin::TwinInput;
 
 /// Computes the missing term of an equation.
 ///
 /// # Errors
 ///
 /// [`WorkError`]: there is no such equation, or its variables were not measured.
-pub fn invert(request: &InvertRequest, session: Session<'_>) -> Result<Missing, WorkError> {
+pub fn invert(
+    request: &InvertRequest,
+    session: TaskContext<'_>,
+) -> Result<InvertedReport, WorkError> {
     if request.run.data.is_none() {
         let message = "`invert` needs what was measured: give a recording with `--data FILE`";
         return Err(WorkError::Usage(message.to_owned()));
@@ -39,7 +42,7 @@ pub fn invert(request: &InvertRequest, session: Session<'_>) -> Result<Missing, 
     let label = request.equation.as_str();
     let terms = opened(&model, label, request)?;
     let units = units(&terms, &model, request)?;
-    let run = Run::prepare(&request.run, loaded, session)?;
+    let run = ModelRun::prepare(&request.run, loaded, session)?;
     let sensors = sensors(&run, &request.outputs)?;
 
     let (first, last) = (run.times[0], run.times[run.times.len() - 1]);
@@ -72,7 +75,8 @@ pub fn invert(request: &InvertRequest, session: Session<'_>) -> Result<Missing, 
     session.listener.ends();
     let used: Vec<Sensor> = sensors.into_iter().flatten().collect();
     let signature = terms.system().signature();
-    let missing = Missing::new(request, signature, inverted, units, used, twin, run.provenance);
+    let missing =
+        InvertedReport::new(request, signature, inverted, units, used, twin, run.provenance);
     Ok(missing.since(run.epoch))
 }
 

@@ -2,13 +2,13 @@
 
 use dgd_page::{ChartLink, HeadlineTone, Markup, Page};
 
-use super::Missing;
+use super::InvertedReport;
 use crate::output::page::origin;
 
-impl Missing {
+impl InvertedReport {
     /// Its page, with the command that reproduces it.
     pub fn page(&self, command: &str) -> String {
-        let Missing { model, equation, .. } = self;
+        let InvertedReport { model, equation, .. } = self;
         let mut page = Page::new(&format!("{model}: what {equation} lacks"));
         let kind = Markup::text("Inversion of ").then(&Markup::code(model));
         let headline = format!("What equation `{equation}` lacks, from what was measured");

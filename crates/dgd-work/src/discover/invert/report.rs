@@ -11,8 +11,8 @@ use serde::{Serialize, Serializer};
 use serde_json::{Value, json};
 
 use super::sensors::Sensor;
-use super::twin::Twin;
-use crate::output::columns::{Kind, NamedColumn, TimeTable};
+use super::twin::TwinInput;
+use crate::output::columns::{ColumnKind, NamedColumn, TimeTable};
 use crate::output::provenance::Provenance;
 use crate::output::quantity::{moment, short, stretches, with_unit};
 use crate::output::table::significant;
@@ -28,7 +28,7 @@ const DIGITS: usize = 4;
 /// The missing term on the right-hand side of an equation.
 #[derive(Debug, Clone)]
 #[non_exhaustive]
-pub struct Missing {
+pub struct InvertedReport {
     /// Name of the model.
     pub model: String,
     /// Label of the equation.
@@ -36,7 +36,7 @@ pub struct Missing {
     /// The inversion, SI.
     pub found: InvertedTerm,
     /// The smoothed estimate, if requested.
-    pub twin: Option<Twin>,
+    pub twin: Option<TwinInput>,
     /// Versions and digests of the inputs.
     pub provenance: Provenance,
     /// The timestamp of time zero, if the data has timestamps.
@@ -49,14 +49,14 @@ pub struct Missing {
     signals: Vec<(String, Vec<String>)>,
 }
 
-impl Missing {
+impl InvertedReport {
     pub(super) fn new(
         request: &InvertRequest,
         signature: &Signature,
         found: InvertedTerm,
         [unit, si]: [Unit; 2],
         sensors: Vec<Sensor>,
-        twin: Option<Twin>,
+        twin: Option<TwinInput>,
         provenance: Provenance,
     ) -> Self {
         let source = |source: &SignalSource| match source {
@@ -75,7 +75,7 @@ impl Missing {
             .iter()
             .any(|own| own.sources.iter().any(|source| !matches!(source, SignalSource::Output(_))));
         let sensors = sensors.into_iter().filter(|own| everything || by_readings(&own.name));
-        Missing {
+        InvertedReport {
             model: signature.name.to_string(),
             equation: request.equation.clone(),
             sensors: sensors.collect(),
@@ -91,7 +91,7 @@ impl Missing {
 
     /// Sets the timestamp of time zero.
     pub(super) fn since(self, epoch: Option<Epoch>) -> Self {
-        Missing { epoch, ..self }
+        InvertedReport { epoch, ..self }
     }
 
     /// The SI unit of its integral over time: cubic metres for a flow in cubic metres per second.
@@ -131,7 +131,7 @@ impl Missing {
     /// Time, the missing term and its standard deviation, its integral, and the smoothed estimate, with theirs.
     pub fn table(&self) -> TimeTable {
         let column = |name: &str, unit: &Unit, values: &[f64]| {
-            NamedColumn::new(name, unit, Kind::Output, values.to_vec())
+            NamedColumn::new(name, unit, ColumnKind::Output, values.to_vec())
         };
         let sum_unit = self.sum_unit();
         let InvertedTerm { times, missing, integral, .. } = &self.found;
@@ -350,7 +350,7 @@ fn add(
     panel.series.push(PlotSeries::new(name, SeriesStyle::Line, times.to_vec(), edge(0.0)));
 }
 
-impl Serialize for Missing {
+impl Serialize for InvertedReport {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
         self.to_json().serialize(serializer)
     }

@@ -6,7 +6,7 @@ use serde_json::{Value, json};
 
 use crate::error::{WorkError, meant};
 use crate::output::quantity::of_differences;
-use crate::run::Run;
+use crate::run::ModelRun;
 
 /// A measured output.
 #[derive(Debug, Clone)]
@@ -20,7 +20,7 @@ pub(super) struct Sensor {
 
 /// The requested outputs that were measured. Noise is as declared or, without a declaration, estimated from differences
 /// between successive samples.
-pub(super) fn sensors(run: &Run, asked: &[String]) -> Result<Vec<Option<Sensor>>, WorkError> {
+pub(super) fn sensors(run: &ModelRun, asked: &[String]) -> Result<Vec<Option<Sensor>>, WorkError> {
     let outputs = &run.signature().outputs;
     let names: Vec<&str> = outputs.iter().map(|output| &*output.name).collect();
     if let Some(unknown) = asked.iter().find(|name| !names.contains(&name.as_str())) {

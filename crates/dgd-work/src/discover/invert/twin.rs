@@ -8,8 +8,8 @@ use dgd_identify::Recording;
 use dgd_runtime::{Problem, observe, simulate};
 use dgd_screen::noise::SensorNoise;
 
-use crate::run::Run;
-use crate::session::Session;
+use crate::run::ModelRun;
+use crate::session::TaskContext;
 
 /// Relinearizations around the estimated trajectory, as in discoveries.
 const ROUNDS: usize = 2;
@@ -17,7 +17,7 @@ const ROUNDS: usize = 2;
 /// The unknown input of the equation with which a simulation follows the readings, SI.
 #[derive(Debug, Clone)]
 #[non_exhaustive]
-pub struct Twin {
+pub struct TwinInput {
     /// Sample times, s.
     pub times: Vec<f64>,
     /// Value of the input.
@@ -31,11 +31,11 @@ pub struct Twin {
 /// The estimate; without one, a remark gives the reason.
 pub(super) fn estimate(
     terms: &MissingTerms,
-    run: &Run,
+    run: &ModelRun,
     recording: &Recording,
     noise: &[Option<f64>],
-    session: Session<'_>,
-) -> Option<Twin> {
+    session: TaskContext<'_>,
+) -> Option<TwinInput> {
     match smoothed(terms, run, recording, noise) {
         Ok(found) => Some(found),
         Err(reason) => {
@@ -47,10 +47,10 @@ pub(super) fn estimate(
 
 fn smoothed(
     terms: &MissingTerms,
-    run: &Run,
+    run: &ModelRun,
     recording: &Recording,
     noise: &[Option<f64>],
-) -> Result<Twin, String> {
+) -> Result<TwinInput, String> {
     // The smoother uses the second of two samples at one time.
     let times: Vec<f64> = recording
         .times
@@ -97,5 +97,5 @@ fn smoothed(
         estimate = again;
     }
     let UnknownInput { times, estimate, std, gain, .. } = estimate;
-    Ok(Twin { times, value: estimate, std, gain })
+    Ok(TwinInput { times, value: estimate, std, gain })
 }

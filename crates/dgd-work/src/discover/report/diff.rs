@@ -61,21 +61,21 @@ fn lines_from(start: usize, end: usize) -> String {
 
 /// A line of a diff or of a list with changes.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub(super) struct Changed<T> {
+pub(super) struct ChangedLine<T> {
     /// `same`, `removed` or `added`, or `place` for omitted lines.
     pub(super) class: &'static str,
     pub(super) content: T,
 }
 
 /// The lines of a unified diff after its header, each with its class.
-pub(super) fn lines(diff: &str) -> Vec<Changed<&str>> {
+pub(super) fn lines(diff: &str) -> Vec<ChangedLine<&str>> {
     let class = |line: &str| match line.chars().next() {
         Some('+') => "added",
         Some('-') => "removed",
         Some('@') => "place",
         _ => "same",
     };
-    diff.lines().skip(2).map(|content| Changed { class: class(content), content }).collect()
+    diff.lines().skip(2).map(|content| ChangedLine { class: class(content), content }).collect()
 }
 
 /// Two lists merged into one; removed entries come before added ones.
@@ -83,13 +83,13 @@ pub(super) fn merged<T: Clone>(
     before: &[T],
     after: &[T],
     text: impl Fn(&T) -> String,
-) -> Vec<Changed<T>> {
+) -> Vec<ChangedLine<T>> {
     let (old, new): (Vec<String>, Vec<String>) =
         (before.iter().map(&text).collect(), after.iter().map(&text).collect());
     let (old, new): (Vec<&str>, Vec<&str>) =
         (old.iter().map(String::as_str).collect(), new.iter().map(String::as_str).collect());
-    let entries = |class: &'static str, list: &[T], range: Range<usize>| -> Vec<Changed<T>> {
-        list[range].iter().map(|entry| Changed { class, content: entry.clone() }).collect()
+    let entries = |class: &'static str, list: &[T], range: Range<usize>| -> Vec<ChangedLine<T>> {
+        list[range].iter().map(|entry| ChangedLine { class, content: entry.clone() }).collect()
     };
     let entries_of = |change: DiffOp| {
         if change.tag() == DiffTag::Equal {

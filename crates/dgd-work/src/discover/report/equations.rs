@@ -3,14 +3,14 @@
 use dgd_compiler::model::typeset::formula::{FormulaLine, lines};
 use dgd_compiler::model::typeset::mathml;
 
-use super::Subject;
-use super::diff::{Changed, merged};
+use super::DiscoverySubject;
+use super::diff::{ChangedLine, merged};
 use crate::error::WorkError;
 use crate::model::Compilation;
 
 /// A typeset line of equations.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub(super) struct Equation {
+pub(super) struct TypesetEquation {
     /// As MathML.
     pub(super) formula: String,
     /// The label of an equation; empty for anything else.
@@ -19,14 +19,14 @@ pub(super) struct Equation {
 
 /// The equations of a model before and after, with the variants of the command line, in one list.
 pub(super) fn changed(
-    subject: &Subject<'_>,
+    subject: &DiscoverySubject<'_>,
     after: &str,
-) -> Result<Vec<Changed<Equation>>, WorkError> {
+) -> Result<Vec<ChangedLine<TypesetEquation>>, WorkError> {
     let (before, after) = (typeset(subject, subject.base)?, typeset(subject, after)?);
     Ok(merged(&before, &after, |equation| format!("{} {}", equation.label, equation.formula)))
 }
 
-fn typeset(subject: &Subject<'_>, text: &str) -> Result<Vec<Equation>, WorkError> {
+fn typeset(subject: &DiscoverySubject<'_>, text: &str) -> Result<Vec<TypesetEquation>, WorkError> {
     let mut compilation = Compilation::new(subject.files);
     let options = compilation.options(subject.choices)?;
     let (asts, model) = match compilation.resolve(subject.model, text.to_owned(), &options) {
@@ -40,7 +40,7 @@ fn typeset(subject: &Subject<'_>, text: &str) -> Result<Vec<Equation>, WorkError
                 String::new()
             }
         };
-        Equation { formula: mathml::write(line), label }
+        TypesetEquation { formula: mathml::write(line), label }
     };
     Ok(lines(&asts, &model).iter().map(equation).collect())
 }

@@ -16,26 +16,26 @@ const REACH: f64 = 2.0;
 
 /// Whether the corrected model differs from the base model.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Correction {
+pub(super) enum CorrectionState {
     /// Curves before and after.
     Made,
     /// One curve, because both models are the same.
     None,
 }
 
-impl Correction {
+impl CorrectionState {
     /// Whether a discovery has corrected the model.
-    pub(super) fn of(discovery: &Discovery) -> Correction {
-        if discovery.is_corrected() { Correction::Made } else { Correction::None }
+    pub(super) fn from_discovery(discovery: &Discovery) -> CorrectionState {
+        if discovery.is_corrected() { CorrectionState::Made } else { CorrectionState::None }
     }
 }
 
 /// Measured against simulated.
-pub(super) fn fit(trace: &RecordingTrace, correction: Correction) -> Vec<Figure> {
+pub(super) fn fit(trace: &RecordingTrace, correction: CorrectionState) -> Vec<Figure> {
     let panel = |output: &OutputTrace| {
         let in_unit = |values: &[f64]| shifted(values, &output.unit);
         let mut series = match correction {
-            Correction::None => {
+            CorrectionState::None => {
                 vec![series(
                     SeriesMeaning::Simulated,
                     SeriesStyle::Line,
@@ -43,7 +43,7 @@ pub(super) fn fit(trace: &RecordingTrace, correction: Correction) -> Vec<Figure>
                     in_unit(&output.after),
                 )]
             }
-            Correction::Made => vec![
+            CorrectionState::Made => vec![
                 series(
                     SeriesMeaning::Before,
                     SeriesStyle::Line,
@@ -77,12 +77,12 @@ pub(super) fn fit(trace: &RecordingTrace, correction: Correction) -> Vec<Figure>
 }
 
 /// Residuals (measured − simulated) over the noise.
-pub(super) fn errors(trace: &RecordingTrace, correction: Correction) -> Vec<Figure> {
+pub(super) fn errors(trace: &RecordingTrace, correction: CorrectionState) -> Vec<Figure> {
     pages(&error_panels(trace, correction))
 }
 
 /// Residuals (measured − simulated) over the noise, one panel for each output.
-pub(super) fn error_panels(trace: &RecordingTrace, correction: Correction) -> Vec<Panel> {
+pub(super) fn error_panels(trace: &RecordingTrace, correction: CorrectionState) -> Vec<Panel> {
     let panel = |output: &OutputTrace| {
         let unit = of_differences(&output.unit);
         let error = |simulated: &[f64]| -> Vec<f64> {
@@ -93,11 +93,11 @@ pub(super) fn error_panels(trace: &RecordingTrace, correction: Correction) -> Ve
             series(meaning, SeriesStyle::ThinLine, &trace.times, error(simulated))
         };
         let series = match correction {
-            Correction::None => vec![PlotSeries {
+            CorrectionState::None => vec![PlotSeries {
                 name: MathText::plain("measured − simulated"),
                 ..thin(SeriesMeaning::Residual, &output.after)
             }],
-            Correction::Made => {
+            CorrectionState::Made => {
                 vec![
                     thin(SeriesMeaning::Before, &output.before),
                     thin(SeriesMeaning::After, &output.after),

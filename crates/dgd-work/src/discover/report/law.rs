@@ -3,7 +3,7 @@
 use dgd_discover::{FoundLaw, LawParameter, LawRange, LawTerm, NearForm, RivalLaw};
 
 use super::result_json::{left, number};
-use crate::output::quantity::{Quantity, rounded, with_unit};
+use crate::output::quantity::{UncertainValue, rounded, with_unit};
 use crate::result::ByName;
 use crate::result::discover::{
     CoefficientEntry, LawEntry, LawTermEntry, NearEntry, RangeEntry, RivalEntry,
@@ -91,7 +91,7 @@ fn constant_rows(terms: &[LawTerm]) -> Vec<[String; 2]> {
     let row = |one: &LawParameter| {
         let scale = one.unit.factor;
         let std = one.std.map_or(f64::NAN, |std| std / scale);
-        let quantity = Quantity::with(one.value / scale, std);
+        let quantity = UncertainValue::with(one.value / scale, std);
         [one.name.clone(), with_unit(quantity, &one.unit.symbol)]
     };
     terms.iter().flat_map(|term| &term.coefficients).map(row).collect()

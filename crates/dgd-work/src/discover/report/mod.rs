@@ -36,9 +36,9 @@ use dgd_plot::{Figure, MathText};
 
 use crate::error::WorkError;
 use crate::output::provenance::Provenance;
-use crate::request::Choices;
-use crate::result::discover::DiscoverResult;
-use figures::Correction;
+use crate::request::ModelChoices;
+use crate::result::discover::DiscoverDocument;
+use figures::CorrectionState;
 pub(crate) use summary::text as summary;
 
 /// File with the missing terms that no effect explains.
@@ -46,7 +46,7 @@ const UNEXPLAINED: &str = "unexplained.csv";
 
 /// Input of a report.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Subject<'a> {
+pub(crate) struct DiscoverySubject<'a> {
     /// The result.
     pub(crate) discovery: &'a Discovery,
     /// The file of the base model, as given.
@@ -56,7 +56,7 @@ pub(crate) struct Subject<'a> {
     /// The source files, with imports.
     pub(crate) files: &'a dyn FileSystem,
     /// Variants and settings.
-    pub(crate) choices: &'a Choices,
+    pub(crate) choices: &'a ModelChoices,
     /// Training recordings.
     pub(crate) training: &'a [PathBuf],
     /// Validation recordings.
@@ -69,7 +69,7 @@ pub(crate) struct Subject<'a> {
     pub(crate) provenance: Option<&'a Provenance>,
 }
 
-impl Subject<'_> {
+impl DiscoverySubject<'_> {
     /// The model file's name without its extension.
     fn model_name(&self) -> String {
         self.model.file_stem().map_or_else(String::new, |stem| stem.to_string_lossy().into_owned())
@@ -85,7 +85,7 @@ pub fn file_names(model: &Path) -> Vec<String> {
 }
 
 /// The result for programs.
-pub(super) fn result(subject: &Subject<'_>) -> DiscoverResult {
+pub(super) fn result(subject: &DiscoverySubject<'_>) -> DiscoverDocument {
     result_json::result(subject)
 }
 
@@ -95,7 +95,7 @@ pub(crate) fn gap_figure(discovery: &Discovery) -> Figure {
     let Some(trace) = traces.iter().find(|trace| trace.held_out).or(traces.first()) else {
         return figures::below_each_other(&[]);
     };
-    let mut panels = figures::error_panels(trace, Correction::of(discovery));
+    let mut panels = figures::error_panels(trace, CorrectionState::from_discovery(discovery));
     // Shaded windows need a caption, and a figure on its own has none.
     for panel in &mut panels {
         panel.bands.clear();
@@ -106,17 +106,17 @@ pub(crate) fn gap_figure(discovery: &Discovery) -> Figure {
 }
 
 /// The page to read.
-pub(super) fn page(subject: &Subject<'_>) -> Result<String, WorkError> {
+pub(super) fn page(subject: &DiscoverySubject<'_>) -> Result<String, WorkError> {
     page::write(subject, &patch(subject))
 }
 
 /// The change of the model's file.
-fn patch(subject: &Subject<'_>) -> String {
+fn patch(subject: &DiscoverySubject<'_>) -> String {
     let file = format!("{}.dgd", subject.model_name());
     diff::unified(subject.base, &subject.discovery.corrected, &file)
 }
 
-pub(super) fn files(subject: &Subject<'_>) -> Result<ResultFolder, WorkError> {
+pub(super) fn files(subject: &DiscoverySubject<'_>) -> Result<ResultFolder, WorkError> {
     let name = subject.model_name();
     let file = format!("{name}.dgd");
     let patch = patch(subject);

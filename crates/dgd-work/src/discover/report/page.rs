@@ -9,13 +9,13 @@ use dgd_discover::{
 use dgd_page::{ChartLink, Markup, Page, PageOrigin};
 use dgd_plot::{Figure, MathText};
 
-use super::diff::{self, Changed};
-use super::equations::{self, Equation};
-use super::figures::{self, Correction};
-use super::{Subject, UNEXPLAINED, condition, guess, law, summary, together, verdict};
+use super::diff::{self, ChangedLine};
+use super::equations::{self, TypesetEquation};
+use super::figures::{self, CorrectionState};
+use super::{DiscoverySubject, UNEXPLAINED, condition, guess, law, summary, together, verdict};
 use crate::error::WorkError;
 use crate::output;
-use crate::output::quantity::{Quantity, moment, percent, rounded, stretches};
+use crate::output::quantity::{UncertainValue, moment, percent, rounded, stretches};
 
 /// Screened candidates listed on the page.
 const SCREENED: usize = 15;
@@ -23,7 +23,7 @@ const SCREENED: usize = 15;
 /// Data of the template, which escapes all text except the fields marked `safe`.
 #[derive(Template)]
 #[template(path = "report.html")]
-struct Body<'a> {
+struct DiscoveryPage<'a> {
     model: String,
     discovery: &'a Discovery,
     reservations: &'a [String],
@@ -36,35 +36,35 @@ struct Body<'a> {
     regime: Option<String>,
     /// Effects that the recordings resemble: names and notes.
     described: Vec<(String, String)>,
-    effects: Vec<Effect<'a>>,
+    effects: Vec<EffectRow<'a>>,
     /// Constants of a law, the ranges in which it holds and near forms, as markup.
     law: Vec<[String; 2]>,
     /// The same for each of several laws that explain the recordings equally well.
     rivals: Vec<Vec<[String; 2]>>,
-    left_over: Vec<LeftOver<'a>>,
+    left_over: Vec<LeftOverRow<'a>>,
     gap: Vec<[String; 8]>,
     /// Outputs, and when the base model is off there, as markup.
     off: Vec<[String; 2]>,
-    figures: Vec<Section>,
+    figures: Vec<FigureSection>,
     /// The last field of each row is markup.
     ranking: Vec<[String; 5]>,
     screened: Vec<[String; 2]>,
     unlisted: usize,
     /// The second field of each row is markup.
     not_tried: Vec<[String; 2]>,
-    equations: Vec<Changed<Equation>>,
-    changes: Vec<Changed<&'a str>>,
-    parameters: Vec<Parameter<'a>>,
+    equations: Vec<ChangedLine<TypesetEquation>>,
+    changes: Vec<ChangedLine<&'a str>>,
+    parameters: Vec<CorrectedParameter<'a>>,
     has_std_model: bool,
     recordings: Vec<[String; 2]>,
     trace: &'static str,
 }
 
-struct Effect<'a> {
+struct EffectRow<'a> {
     found: &'a FoundEffect,
     place: String,
     doc: String,
-    parameters: Vec<Parameter<'a>>,
+    parameters: Vec<CorrectedParameter<'a>>,
     onset: Option<String>,
     windows: String,
     /// As markup.
@@ -76,7 +76,7 @@ struct Effect<'a> {
     evidence: String,
 }
 
-struct LeftOver<'a> {
+struct LeftOverRow<'a> {
     target: &'a str,
     /// As markup.
     description: String,
@@ -92,7 +92,7 @@ struct LeftOver<'a> {
 }
 
 /// A parameter before and after the correction; empty in a model without it.
-struct Parameter<'a> {
+struct CorrectedParameter<'a> {
     name: &'a str,
     /// As markup.
     unit: String,
@@ -101,19 +101,19 @@ struct Parameter<'a> {
 }
 
 /// Figures under one heading.
-struct Section {
+struct FigureSection {
     title: &'static str,
     /// As markup.
     charts: Vec<String>,
 }
 
 /// The page's text.
-pub(super) fn write(subject: &Subject<'_>, patch: &str) -> Result<String, WorkError> {
+pub(super) fn write(subject: &DiscoverySubject<'_>, patch: &str) -> Result<String, WorkError> {
     let discovery = subject.discovery;
     let title = format!("{}: {}", subject.model_name(), discovery.verdict.word());
     let mut page = Page::new(&title);
     let figures = sections(discovery, &mut page);
-    let body = Body {
+    let body = DiscoveryPage {
         model: subject.model_name(),
         discovery,
         reservations: subject.reservations,
@@ -136,7 +136,7 @@ pub(super) fn write(subject: &Subject<'_>, patch: &str) -> Result<String, WorkEr
         left_over: discovery
             .unexplained
             .iter()
-            .map(|left| LeftOver {
+            .map(|left| LeftOverRow {
                 target: &left.target,
                 description: prose(&left.description),
                 rows: marked_up(summary::place_rows(left)),
@@ -184,7 +184,7 @@ fn marked_up(rows: Vec<[String; 2]>) -> Vec<[String; 2]> {
     rows.into_iter().map(|[name, value]| [name, prose(&value)]).collect()
 }
 
-fn origin(subject: &Subject<'_>) -> PageOrigin {
+fn origin(subject: &DiscoverySubject<'_>) -> PageOrigin {
     match subject.provenance {
         Some(provenance) => output::page::origin(provenance, subject.command),
         None => PageOrigin { command: subject.command.to_owned(), ..PageOrigin::default() },
@@ -196,8 +196,8 @@ fn told_condition(condition: &WindowCondition) -> String {
     prose(&condition::words(condition))
 }
 
-fn effect(found: &FoundEffect) -> Effect<'_> {
-    Effect {
+fn effect(found: &FoundEffect) -> EffectRow<'_> {
+    EffectRow {
         found,
         place: verdict::place(found),
         doc: found.doc.iter().map(|line| line.trim()).collect::<Vec<_>>().join(" "),
@@ -216,16 +216,21 @@ fn effect(found: &FoundEffect) -> Effect<'_> {
     }
 }
 
-fn parameters<'a>(before: &'a [ParameterValue], after: &'a [ParameterValue]) -> Vec<Parameter<'a>> {
+fn parameters<'a>(
+    before: &'a [ParameterValue],
+    after: &'a [ParameterValue],
+) -> Vec<CorrectedParameter<'a>> {
     let shown = |list: &[ParameterValue], name: &str| {
         let parameter = list.iter().find(|parameter| parameter.name == name);
-        parameter.map_or_else(String::new, |parameter| Quantity::of(parameter).to_string())
+        parameter.map_or_else(String::new, |parameter| {
+            UncertainValue::from_parameter(parameter).to_string()
+        })
     };
     let gone = before.iter().filter(|old| after.iter().all(|new| new.name != old.name));
     after
         .iter()
         .chain(gone)
-        .map(|parameter| Parameter {
+        .map(|parameter| CorrectedParameter {
             name: &parameter.name,
             unit: match &*parameter.unit.symbol {
                 "1" => String::new(),
@@ -252,20 +257,20 @@ fn prose(sentence: &str) -> String {
     Markup::prose(sentence).to_string()
 }
 
-fn recordings(subject: &Subject<'_>) -> Vec<[String; 2]> {
+fn recordings(subject: &DiscoverySubject<'_>) -> Vec<[String; 2]> {
     let row = |role: &str, path: &Path| [role.to_owned(), path.display().to_string()];
     let training = subject.training.iter().map(|path| row("training", path));
     training.chain(subject.held_out.iter().map(|path| row("validation", path))).collect()
 }
 
 /// The figures in order of interest, unexplained terms first. Figures of one recording zoom together.
-fn sections(discovery: &Discovery, page: &mut Page) -> Vec<Section> {
-    let correction = Correction::of(discovery);
+fn sections(discovery: &Discovery, page: &mut Page) -> Vec<FigureSection> {
+    let correction = CorrectionState::from_discovery(discovery);
     let held_out = discovery.traces.iter().find(|trace| trace.held_out);
     let training = discovery.traces.iter().find(|trace| !trace.held_out);
     let first = training.map_or("time", |trace| trace.name.as_str());
     let shown = || held_out.into_iter().chain(training);
-    let mut sections = vec![Section {
+    let mut sections = vec![FigureSection {
         title: "What is missing, without a name",
         charts: charts(
             page,
@@ -282,16 +287,16 @@ fn sections(discovery: &Discovery, page: &mut Page) -> Vec<Section> {
         );
         let figures = figures::fit(trace, correction);
         let charts = charts(page, &figures, &trace.name, &caption);
-        sections.push(Section { title: "Measured and simulated", charts });
+        sections.push(FigureSection { title: "Measured and simulated", charts });
     }
     for trace in shown() {
         let caption =
             format!("{} Measured less simulated. Shaded: as above, and the noise.", told(trace));
         let figures = figures::errors(trace, correction);
         let charts = charts(page, &figures, &trace.name, &caption);
-        sections.push(Section { title: "Simulation errors", charts });
+        sections.push(FigureSection { title: "Simulation errors", charts });
     }
-    sections.push(Section {
+    sections.push(FigureSection {
         title: "What each equation would have needed",
         charts: charts(
             page,

@@ -7,23 +7,23 @@ use dgd_discover::{
 };
 use serde_json::json;
 
-use super::{Subject, UNEXPLAINED, condition, guess, kept_apart, law, plain, together};
+use super::{DiscoverySubject, UNEXPLAINED, condition, guess, kept_apart, law, plain, together};
 use crate::output::json_text;
 use crate::output::quantity::of_differences;
 use crate::result::ByName;
 use crate::result::discover::{
-    AlternativeEntry, DescribedEntry, DiscoverResult, EffectEntry, EvidenceEntry, FormEntry,
+    AlternativeEntry, DescribedEntry, DiscoverDocument, EffectEntry, EvidenceEntry, FormEntry,
     FoundParameter, GapEntry, LeftEntry, PowerEntry, RankedEntry, RegimeEntry, RegimeLeft,
     ScreenedEntry, UnexplainedEntry, UntriedEffect, UntriedPlace, UsedRecording,
 };
 
 /// The text of the file.
-pub(super) fn write(subject: &Subject<'_>) -> String {
+pub(super) fn write(subject: &DiscoverySubject<'_>) -> String {
     json_text(&json!(result(subject)))
 }
 
 /// The content of the file.
-pub(super) fn result(subject: &Subject<'_>) -> DiscoverResult {
+pub(super) fn result(subject: &DiscoverySubject<'_>) -> DiscoverDocument {
     let discovery = subject.discovery;
     let recordings = discovery.traces.iter().map(|trace| UsedRecording {
         name: trace.name.clone(),
@@ -39,7 +39,7 @@ pub(super) fn result(subject: &Subject<'_>) -> DiscoverResult {
         .not_tried
         .iter()
         .map(|(name, reason)| UntriedEffect { name: name.clone(), reason: reason.clone() });
-    DiscoverResult {
+    DiscoverDocument {
         verdict: discovery.verdict.word().to_owned(),
         reason: discovery.reason.clone(),
         p_value: discovery.p_value.and_then(number),

@@ -10,7 +10,7 @@ use dgd_discover::{
 
 use super::{condition, guess, law, together, verdict};
 use crate::output::quantity::{
-    Quantity, moment, of_differences, percent, probability, rounded, stretches, with_unit,
+    UncertainValue, moment, of_differences, percent, probability, rounded, stretches, with_unit,
 };
 
 /// Untried templates named for each reason; the report lists all.
@@ -185,7 +185,7 @@ pub(super) fn described_rows(described: &ResemblingEffect) -> Vec<[String; 2]> {
 }
 
 fn parameter_row(p: &ParameterValue) -> [String; 2] {
-    [p.name.clone(), with_unit(Quantity::of(p), &p.unit.symbol)]
+    [p.name.clone(), with_unit(UncertainValue::from_parameter(p), &p.unit.symbol)]
 }
 
 fn effect_rows(effect: &FoundEffect) -> Vec<[String; 2]> {

@@ -15,11 +15,11 @@ use dgd_discover::{
 };
 use dgd_runtime::{Signature, System, Unit};
 
-use super::{Subject, files, summary};
+use super::{DiscoverySubject, files, summary};
 use crate::model::load;
-use crate::request::{Choices, RunRequest, Start};
-use crate::run::{Reached, Run};
-use crate::session::{Session, Silent};
+use crate::request::{ModelChoices, RunRequest, StartChoice};
+use crate::run::{ModelRun, PartialRun};
+use crate::session::{SilentReporter, TaskContext};
 
 #[path = "../../../../../tests/support/golden.rs"]
 mod golden;
@@ -39,7 +39,7 @@ fn request(set: &[&str]) -> RunRequest {
     let root = root();
     let mut run = RunRequest::new(root.join(MODEL));
     run.data = Some(root.join("examples/data/circulation.csv"));
-    run.solve.start = Start::Measured;
+    run.solve.start = StartChoice::Measured;
     run.choices.set = set.iter().map(|text| (*text).to_owned()).collect();
     run
 }
@@ -54,12 +54,17 @@ struct Simulated {
 
 fn simulated(set: &[&str]) -> Simulated {
     let request = request(set);
-    let loaded =
-        load(&request.model, &request.choices, &SensitivityDirections::None, Session::new(&Silent));
+    let loaded = load(
+        &request.model,
+        &request.choices,
+        &SensitivityDirections::None,
+        TaskContext::new(&SilentReporter),
+    );
     let loaded = loaded.unwrap_or_else(|error| panic!("{error}"));
-    let run = Run::prepare(&request, loaded, Session::new(&Silent));
+    let run = ModelRun::prepare(&request, loaded, TaskContext::new(&SilentReporter));
     let run = run.unwrap_or_else(|error| panic!("{error}"));
-    let Reached { solution, observations, .. } = run.simulate().unwrap_or_else(|e| panic!("{e}"));
+    let PartialRun { solution, observations, .. } =
+        run.simulate().unwrap_or_else(|e| panic!("{e}"));
     let signature = run.system.signature().clone();
     let output = |i| (0..solution.len()).map(|k| observations.w(k)[i]).collect();
     let measured = run.measured.outputs.iter().flatten().cloned().collect();
@@ -328,8 +333,8 @@ fn base_text() -> String {
 
 /// Writes a report into a folder and returns the names of its files, sorted.
 fn written(folder: &Path, discovery: &Discovery) -> Vec<String> {
-    let choices = Choices::default();
-    let subject = Subject {
+    let choices = ModelChoices::default();
+    let subject = DiscoverySubject {
         discovery,
         model: Path::new(MODEL),
         base: &base_text(),

@@ -20,8 +20,12 @@ pub(super) fn table(unexplained: &[UnexplainedError]) -> Result<Option<Vec<u8>>,
         if columns.iter().any(|(name, ..)| *name == trace.target()) {
             continue;
         }
-        columns.push((trace.target(), unit.clone(), at(trace, &trace.value, times)));
-        columns.push((format!("{}_std", trace.target()), unit, at(trace, &trace.std, times)));
+        columns.push((trace.target(), unit.clone(), interpolate(trace, &trace.value, times)));
+        columns.push((
+            format!("{}_std", trace.target()),
+            unit,
+            interpolate(trace, &trace.std, times),
+        ));
     }
     let columns: Vec<OutputColumn<'_>> =
         columns.iter().map(|(name, unit, values)| OutputColumn::new(name, unit, values)).collect();
@@ -31,7 +35,7 @@ pub(super) fn table(unexplained: &[UnexplainedError]) -> Result<Option<Vec<u8>>,
     Ok(Some(text))
 }
 
-fn at(trace: &MissingInput, values: &[f64], times: &[f64]) -> Vec<f64> {
+fn interpolate(trace: &MissingInput, values: &[f64], times: &[f64]) -> Vec<f64> {
     let index = |k: usize, t: f64| match trace.times.get(k) {
         Some(&same) if same == t => Some(k),
         _ => trace.times.binary_search_by(|other| other.total_cmp(&t)).ok(),

@@ -12,18 +12,18 @@ use std::path::{Path, PathBuf};
 use dgd_data::FileSystem;
 
 use crate::error::WorkError;
-use crate::request::Choices;
+use crate::request::ModelChoices;
 
 /// File extension of models.
 const ENDING: &str = ".dgd";
 
 /// A model and its choices.
 #[derive(Debug, Clone, PartialEq)]
-pub(super) struct Named {
+pub(super) struct NamedModel {
     /// As it was typed.
     pub name: String,
     pub model: PathBuf,
-    pub choices: Choices,
+    pub choices: ModelChoices,
 }
 
 /// The model file or the folder that a contender names.
@@ -39,12 +39,12 @@ fn split(text: &str) -> (&str, &str) {
 }
 
 /// All contenders: at least two, without duplicates.
-pub(super) fn all(texts: &[String], files: &dyn FileSystem) -> Result<Vec<Named>, WorkError> {
+pub(super) fn all(texts: &[String], files: &dyn FileSystem) -> Result<Vec<NamedModel>, WorkError> {
     if texts.len() < 2 {
         let message = "`compare` needs two contenders or more: models, or folders of results";
         return Err(WorkError::Usage(message.to_owned()));
     }
-    let named: Vec<Named> =
+    let named: Vec<NamedModel> =
         texts.iter().map(|text| named(text, files)).collect::<Result<_, WorkError>>()?;
     for (k, one) in named.iter().enumerate() {
         if named[..k]
@@ -57,9 +57,9 @@ pub(super) fn all(texts: &[String], files: &dyn FileSystem) -> Result<Vec<Named>
     Ok(named)
 }
 
-fn named(text: &str, files: &dyn FileSystem) -> Result<Named, WorkError> {
+fn named(text: &str, files: &dyn FileSystem) -> Result<NamedModel, WorkError> {
     let (path, rest) = split(text);
-    let mut choices = Choices::default();
+    let mut choices = ModelChoices::default();
     let mut rest = rest;
     while let Some(sign) = rest.chars().next() {
         let end = rest[1..].find(['@', '+']).map_or(rest.len(), |end| end + 1);
@@ -80,7 +80,7 @@ fn named(text: &str, files: &dyn FileSystem) -> Result<Named, WorkError> {
     } else {
         PathBuf::from(path)
     };
-    Ok(Named { name: text.to_owned(), model, choices })
+    Ok(NamedModel { name: text.to_owned(), model, choices })
 }
 
 /// The one model in a folder of results; effects and formulas that were only described do not count.
@@ -109,9 +109,9 @@ fn model_in(folder: &Path, files: &dyn FileSystem) -> Result<PathBuf, WorkError>
     }
 }
 
-impl Named {
+impl NamedModel {
     /// Whether this is the other contender without some of its effects.
-    pub(super) fn is_within(&self, other: &Named) -> bool {
+    pub(super) fn is_within(&self, other: &NamedModel) -> bool {
         let effects = &other.choices.apply;
         self.model == other.model
             && self.choices.variant == other.choices.variant

@@ -2,12 +2,12 @@
 
 use dgd_plot::{Figure, MathText, Panel, PlotSeries, SeriesMeaning, SeriesStyle};
 
-use super::Comparison;
-use crate::fit::page::traces::Trace;
-use crate::output::figure::{Line, Subject, beside};
+use super::FitComparison;
+use crate::fit::page::traces::PageTrace;
+use crate::output::figure::{PanelLine, PanelSubject, beside};
 
 /// The figure of the first validation recording, or of the first training recording if there is none.
-pub(super) fn figure(all: &Comparison) -> Figure {
+pub(super) fn figure(all: &FitComparison) -> Figure {
     let traces = &all.contenders[0].fitted.traces;
     let shown = traces.iter().position(|trace| trace.is_valid).unwrap_or(0);
     let Some(trace) = traces.get(shown) else {
@@ -18,10 +18,10 @@ pub(super) fn figure(all: &Comparison) -> Figure {
 }
 
 /// The figure of one recording, with a line for each contender at the index of its label.
-pub(super) fn of_recording(all: &Comparison, recording: usize) -> Figure {
+pub(super) fn of_recording(all: &FitComparison, recording: usize) -> Figure {
     let (mut subjects, mut errors) = (Vec::new(), Vec::new());
     for output in &all.common.outputs {
-        let trace = |k: usize| -> Option<(&Trace, usize, f64)> {
+        let trace = |k: usize| -> Option<(&PageTrace, usize, f64)> {
             let (i, factor) = output.places[k];
             Some((all.contenders[k].fitted.traces.get(recording)?, i, factor))
         };
@@ -32,7 +32,7 @@ pub(super) fn of_recording(all: &Comparison, recording: usize) -> Figure {
             |k: usize| trace(k).map(|(own, i, factor)| errors_of(own, i, factor, unit_of_errors));
         let residuals: Vec<Vec<f64>> =
             (0..all.contenders.len()).map(|k| errors_of_contender(k).unwrap_or_default()).collect();
-        let line = |name: &str, values: Vec<f64>, meaning| Line {
+        let line = |name: &str, values: Vec<f64>, meaning| PanelLine {
             name: MathText::plain(name),
             times: first.times.clone(),
             values,
@@ -40,7 +40,7 @@ pub(super) fn of_recording(all: &Comparison, recording: usize) -> Figure {
         };
         let unit = |k: usize, i: usize| &all.contenders[k].fitted.signature.outputs[i].unit;
         let declared = unit(0, i);
-        let mut lines: Vec<Line> = Vec::with_capacity(all.contenders.len() + 1);
+        let mut lines: Vec<PanelLine> = Vec::with_capacity(all.contenders.len() + 1);
         for (k, one) in all.contenders.iter().enumerate() {
             let Some((errors_of_contender, i, _)) = trace(k) else { continue };
             let in_first = |w: &f64| declared.from_si(w * unit(k, i).factor + unit(k, i).offset);
@@ -48,7 +48,7 @@ pub(super) fn of_recording(all: &Comparison, recording: usize) -> Figure {
             lines.push(line(&one.label, values, SeriesMeaning::Variant(k)));
         }
         lines.push(line("measured", measured.clone(), SeriesMeaning::Measured));
-        subjects.push(Subject {
+        subjects.push(PanelSubject {
             title: MathText::name(&output.name),
             unit: declared.symbol.to_string(),
             lines,
@@ -74,7 +74,7 @@ pub(super) fn of_recording(all: &Comparison, recording: usize) -> Figure {
 }
 
 /// The standard deviation of an output's readings, if they have one.
-fn noise(trace: &Trace, output: usize) -> Option<f64> {
+fn noise(trace: &PageTrace, output: usize) -> Option<f64> {
     let changes = trace.deviances[output].is_some();
     let (raw, standard) = (trace.residuals[output].as_ref()?, trace.standard[output].as_ref()?);
     let mut pairs = raw.iter().zip(standard).map(|(e, z)| (e / z).abs());
@@ -83,7 +83,7 @@ fn noise(trace: &Trace, output: usize) -> Option<f64> {
 
 /// Residuals over their own standard deviations if those vary, and otherwise over that of the first contender, `sigma`,
 /// so that contenders can be compared.
-fn errors_of(own: &Trace, output: usize, factor: f64, sigma: Option<f64>) -> Vec<f64> {
+fn errors_of(own: &PageTrace, output: usize, factor: f64, sigma: Option<f64>) -> Vec<f64> {
     match sigma.filter(|_| own.deviances[output].is_none()) {
         Some(sigma) => own.residuals[output].iter().flatten().map(|e| e * factor / sigma).collect(),
         None => own.standard[output].clone().unwrap_or_default(),

@@ -2,14 +2,14 @@
 
 use dgd_compiler::pipeline::SensitivityDirections;
 
-use super::contender::Named;
+use super::contender::NamedModel;
 use super::label;
 use crate::error::WorkError;
-use crate::fit::{Fitted, fit};
+use crate::fit::{FitResult, fit};
 use crate::model::load;
-use crate::request::{CompareRequest, FitRequest, Keep};
+use crate::request::{CompareRequest, FitRequest, JournalChoice};
 use crate::run::keeping;
-use crate::session::Session;
+use crate::session::TaskContext;
 
 /// A contender that could not be fitted.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -24,20 +24,20 @@ pub struct FailedContender {
 }
 
 /// The outcomes of the contenders.
-pub(super) struct Fits {
+pub(super) struct ContenderFits {
     /// Those that were fitted, each with its index among all.
-    pub fitted: Vec<(usize, Fitted)>,
+    pub fitted: Vec<(usize, FitResult)>,
     pub failed: Vec<FailedContender>,
 }
 
 /// Fits each contender. If none can be fitted, the error of the first is returned.
 pub(super) fn all(
     request: &CompareRequest,
-    named: &[Named],
+    named: &[NamedModel],
     outputs: &[String],
-    session: Session<'_>,
-) -> Result<Fits, WorkError> {
-    let mut fits = Fits { fitted: Vec::with_capacity(named.len()), failed: Vec::new() };
+    session: TaskContext<'_>,
+) -> Result<ContenderFits, WorkError> {
+    let mut fits = ContenderFits { fitted: Vec::with_capacity(named.len()), failed: Vec::new() };
     let mut first_error = None;
     for (k, one) in named.iter().enumerate() {
         let failed = |reason| FailedContender { label: label(k), name: one.name.clone(), reason };
@@ -62,7 +62,7 @@ pub(super) fn all(
 
 fn request_of(
     request: &CompareRequest,
-    one: &Named,
+    one: &NamedModel,
     outputs: &[String],
     place: usize,
 ) -> FitRequest {
@@ -78,13 +78,13 @@ fn request_of(
 }
 
 /// The journal of a contender: beside the results, by its letter.
-fn kept(keep: &Keep, place: usize) -> Keep {
+fn kept(keep: &JournalChoice, place: usize) -> JournalChoice {
     let out = keep.out.as_ref().map(|out| {
         let mut name = out.file_name().unwrap_or_default().to_owned();
         name.push(format!(".{}", label(place)));
         out.with_file_name(name)
     });
-    Keep::new(out, keep.resume)
+    JournalChoice::new(out, keep.resume)
 }
 
 /// The reason why a contender has no fit, in one line.
@@ -108,9 +108,9 @@ fn of_contender(name: &str, error: WorkError) -> WorkError {
 
 /// Passes each contender the settings that it declares. A setting that none declares is an error of the first.
 pub(super) fn set(
-    named: &mut [Named],
+    named: &mut [NamedModel],
     settings: &[String],
-    session: Session<'_>,
+    session: TaskContext<'_>,
 ) -> Result<(), WorkError> {
     for setting in settings {
         let mut known = Vec::with_capacity(named.len());
@@ -150,8 +150,8 @@ mod tests {
 
     #[test]
     fn finished_work_of_each_contender_has_a_place_of_its_own() {
-        let keep = Keep::new(Some(PathBuf::from("a/out")), true);
-        assert_eq!(kept(&keep, 1), Keep::new(Some(PathBuf::from("a/out.B")), true));
-        assert_eq!(kept(&Keep::default(), 1), Keep::default());
+        let keep = JournalChoice::new(Some(PathBuf::from("a/out")), true);
+        assert_eq!(kept(&keep, 1), JournalChoice::new(Some(PathBuf::from("a/out.B")), true));
+        assert_eq!(kept(&JournalChoice::default(), 1), JournalChoice::default());
     }
 }

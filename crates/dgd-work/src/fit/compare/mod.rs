@@ -20,30 +20,30 @@ use dgd_plot::Figure;
 use serde::{Serialize, Serializer};
 use serde_json::{Value, json};
 
-use crate::error::{Ended, WorkError};
-use crate::fit::Fitted;
+use crate::error::{TaskEnd, WorkError};
+use crate::fit::FitResult;
 use crate::model::load;
 use crate::output::agreement::Agreement;
 use crate::output::json_text;
 use crate::output::provenance::Provenance;
 use crate::request::CompareRequest;
-use crate::result::compare::{BestContenders, CompareResult, FailedEntry, LikelihoodRatioEntry};
-use crate::session::Session;
-use contender::Named;
-use fitting::Fits;
-use score::Common;
+use crate::result::compare::{BestContenders, CompareDocument, FailedEntry, LikelihoodRatioEntry};
+use crate::session::TaskContext;
+use contender::NamedModel;
+use fitting::ContenderFits;
+use score::CommonSamples;
 
 pub use contender::model_of;
 pub use fitting::FailedContender;
 pub use ratio::LikelihoodRatio;
-pub use score::Score;
+pub use score::ContenderScore;
 
 /// Files of a folder of results.
 pub const FILES: [&str; 2] = ["report.html", "result.json"];
 
 /// Contenders, fitted to the same recordings.
 #[non_exhaustive]
-pub struct Comparison {
+pub struct FitComparison {
     /// Those that were fitted, in the order of the request.
     pub contenders: Vec<Contender>,
     /// Those that could not be fitted.
@@ -52,7 +52,7 @@ pub struct Comparison {
     pub ratios: Vec<LikelihoodRatio>,
     /// Versions and digests of the inputs; contenders hold the digests of the models.
     pub provenance: Provenance,
-    common: Common,
+    common: CommonSamples,
     command: String,
 }
 
@@ -64,10 +64,10 @@ pub struct Contender {
     /// As it was requested.
     pub name: String,
     /// Its fit.
-    pub fitted: Fitted,
+    pub fitted: FitResult,
     /// Its likelihood on the training recordings, and the number of estimates.
-    pub score: Score,
-    named: Named,
+    pub score: ContenderScore,
+    named: NamedModel,
 }
 
 /// Fits all contenders to the same recordings and compares them.
@@ -75,18 +75,21 @@ pub struct Contender {
 /// # Errors
 ///
 /// [`WorkError`]: a contender is missing or has mistakes, none can be fitted, or they have no output in common. If only
-/// some cannot be fitted, they are in [`Comparison::failed`].
-pub fn compare(request: &CompareRequest, session: Session<'_>) -> Result<Comparison, WorkError> {
+/// some cannot be fitted, they are in [`FitComparison::failed`].
+pub fn compare(
+    request: &CompareRequest,
+    session: TaskContext<'_>,
+) -> Result<FitComparison, WorkError> {
     fitting::verify(request)?;
     let mut named = contender::all(&request.contenders, session.files)?;
     fitting::set(&mut named, &request.set, session)?;
     let outputs = common_outputs(&named, session)?;
-    let Fits { fitted, failed } = fitting::all(request, &named, &outputs, session)?;
-    let (places, fits): (Vec<usize>, Vec<Fitted>) = fitted.into_iter().unzip();
-    let named: Vec<Named> = places.iter().map(|place| named[*place].clone()).collect();
-    let common = Common::of(&fits)?;
-    let score = |(k, fitted): (usize, &Fitted)| common.score(k, &fitted.estimates);
-    let scores: Vec<Score> = fits.iter().enumerate().map(score).collect();
+    let ContenderFits { fitted, failed } = fitting::all(request, &named, &outputs, session)?;
+    let (places, fits): (Vec<usize>, Vec<FitResult>) = fitted.into_iter().unzip();
+    let named: Vec<NamedModel> = places.iter().map(|place| named[*place].clone()).collect();
+    let common = CommonSamples::collect(&fits)?;
+    let score = |(k, fitted): (usize, &FitResult)| common.score(k, &fitted.estimates);
+    let scores: Vec<ContenderScore> = fits.iter().enumerate().map(score).collect();
     // The first fitted contender may not be the first in the request.
     let is_first_within = request.nested && places.first() == Some(&0);
     let ratios = ratio::all(&named, &scores, is_first_within);
@@ -100,7 +103,7 @@ pub fn compare(request: &CompareRequest, session: Session<'_>) -> Result<Compari
         score,
         named,
     });
-    Ok(Comparison {
+    Ok(FitComparison {
         contenders: contenders.collect(),
         failed,
         ratios,
@@ -117,7 +120,10 @@ fn label(k: usize) -> String {
 }
 
 /// The outputs to fit: an empty list, which means all, if all contenders have the same ones.
-fn common_outputs(named: &[Named], session: Session<'_>) -> Result<Vec<String>, WorkError> {
+fn common_outputs(
+    named: &[NamedModel],
+    session: TaskContext<'_>,
+) -> Result<Vec<String>, WorkError> {
     let mut outputs_of_all: Vec<Vec<String>> = Vec::with_capacity(named.len());
     for one in named {
         let loaded = load(&one.model, &one.choices, &SensitivityDirections::None, session)?;
@@ -138,7 +144,7 @@ fn common_outputs(named: &[Named], session: Session<'_>) -> Result<Vec<String>, 
     Ok(if are_same { Vec::new() } else { common })
 }
 
-impl Comparison {
+impl FitComparison {
     /// Outputs that are compared, with the unit of their residuals: that of the first contender.
     pub fn outputs(&self) -> impl Iterator<Item = (&str, &str)> {
         self.common.outputs.iter().map(|output| (output.name.as_str(), output.unit.as_str()))
@@ -171,7 +177,7 @@ impl Comparison {
     }
 
     /// The result, for programs.
-    pub fn result(&self) -> CompareResult {
+    pub fn result(&self) -> CompareDocument {
         let name = |k: Option<usize>| k.map(|k| self.contenders[k].name.clone());
         let ratio = |one: &LikelihoodRatio| LikelihoodRatioEntry {
             null: self.contenders[one.null].name.clone(),
@@ -184,7 +190,7 @@ impl Comparison {
             name: one.name.clone(),
             reason: one.reason.clone(),
         };
-        CompareResult {
+        CompareDocument {
             contenders: (0..self.contenders.len()).map(|k| summary::entry(self, k)).collect(),
             failed: self.failed.iter().map(failed).collect(),
             samples: self.common.samples(),
@@ -230,18 +236,18 @@ impl Comparison {
 
     /// The outcome: a failure if a contender failed or did not converge. If the comparison can be resumed, all journals
     /// stay.
-    pub fn ended(&self) -> Ended {
+    pub fn ended(&self) -> TaskEnd {
         let ends = self.contenders.iter().map(|one| (&one.name, one.fitted.ended(None)));
-        let ended = ends.fold(Ended::Done, |first, (name, ended)| match (first, ended) {
-            (_, Ended::Interrupted(why)) => Ended::Interrupted(why),
-            (Ended::Done, Ended::Stopped(why)) => Ended::Stopped(format!("{name}: {why}")),
+        let ended = ends.fold(TaskEnd::Done, |first, (name, ended)| match (first, ended) {
+            (_, TaskEnd::Interrupted(why)) => TaskEnd::Interrupted(why),
+            (TaskEnd::Done, TaskEnd::Stopped(why)) => TaskEnd::Stopped(format!("{name}: {why}")),
             (first, _) => first,
         });
-        if ended != Ended::Done {
+        if ended != TaskEnd::Done {
             self.leave();
         }
         match (ended, self.failed.first()) {
-            (Ended::Done, Some(one)) => Ended::Stopped(format!("{}: {}", one.name, one.reason)),
+            (TaskEnd::Done, Some(one)) => TaskEnd::Stopped(format!("{}: {}", one.name, one.reason)),
             (ended, _) => ended,
         }
     }
@@ -252,7 +258,7 @@ impl Comparison {
     }
 }
 
-impl Serialize for Comparison {
+impl Serialize for FitComparison {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
         self.to_json().serialize(serializer)
     }

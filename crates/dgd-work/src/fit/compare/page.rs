@@ -2,10 +2,10 @@
 
 use dgd_page::{ChartLink, HeadlineTone, Markup, Page, PageCell, PageTable};
 
-use super::{Comparison, Contender, figure, summary};
+use super::{Contender, FitComparison, figure, summary};
 use crate::output::page::{count, name, number, origin, unit, words};
 
-pub(super) fn write(all: &Comparison) -> String {
+pub(super) fn write(all: &FitComparison) -> String {
     let mut page = Page::new("Comparison");
     let kind = Markup::text("Contenders, fitted to the same recordings");
     let ratios: Vec<Markup> = summary::ratios(all).iter().map(|line| Markup::prose(line)).collect();
@@ -29,7 +29,7 @@ pub(super) fn write(all: &Comparison) -> String {
     page.finish(&origin)
 }
 
-fn criteria(all: &Comparison) -> Markup {
+fn criteria(all: &FitComparison) -> Markup {
     let head = [
         "",
         "contender",
@@ -76,7 +76,7 @@ fn criteria(all: &Comparison) -> Markup {
     table.to_markup().then(&Markup::text(&note).caption())
 }
 
-fn outputs(all: &Comparison) -> Markup {
+fn outputs(all: &FitComparison) -> Markup {
     let head = [
         "output",
         "contender",
@@ -101,11 +101,11 @@ fn outputs(all: &Comparison) -> Markup {
     table.to_markup()
 }
 
-fn parameters(all: &Comparison) -> Markup {
+fn parameters(all: &FitComparison) -> Markup {
     let mut table = PageTable::new("Parameters", &["parameter", "unit"]);
     table.head.extend(all.contenders.iter().map(|one| Markup::text(&one.label)));
     for row in summary::parameters(all) {
-        let cell = |value: &Option<crate::output::quantity::Quantity>| match value {
+        let cell = |value: &Option<crate::output::quantity::UncertainValue>| match value {
             Some(value) => PageCell::number(&value.to_string(), Some(value.value())),
             None => PageCell::number("–", None),
         };

@@ -9,8 +9,8 @@
 
 use dgd_screen::distribution::chi_square_tail;
 
-use super::contender::Named;
-use super::score::Score;
+use super::contender::NamedModel;
+use super::score::ContenderScore;
 
 /// Whether the larger of two contenders fits better than chance would explain.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -31,8 +31,8 @@ pub struct LikelihoodRatio {
 /// The ratios of all pairs that are nested by their effects, and of the first contender with each other one if the user
 /// says that it is a special case of them.
 pub(super) fn all(
-    named: &[Named],
-    scores: &[Score],
+    named: &[NamedModel],
+    scores: &[ContenderScore],
     is_first_within: bool,
 ) -> Vec<LikelihoodRatio> {
     let mut ratios = Vec::new();
@@ -41,16 +41,16 @@ pub(super) fn all(
             let is_nested =
                 one.is_within(other) || (is_first_within && null == 0 && alternative > 0);
             if is_nested {
-                ratios.extend(of(null, alternative, scores));
+                ratios.extend(compare(null, alternative, scores));
             }
         }
     }
     ratios
 }
 
-fn of(null: usize, alternative: usize, scores: &[Score]) -> Option<LikelihoodRatio> {
+fn compare(null: usize, alternative: usize, scores: &[ContenderScore]) -> Option<LikelihoodRatio> {
     let (small, large) = (&scores[null], &scores[alternative]);
-    let free_and_bound = |score: &Score| score.estimates + score.at_bounds;
+    let free_and_bound = |score: &ContenderScore| score.estimates + score.at_bounds;
     let degrees_of_freedom =
         free_and_bound(large).checked_sub(free_and_bound(small)).filter(|n| *n > 0)?;
     let statistic = small.deviance? - large.deviance?;
@@ -64,7 +64,7 @@ mod tests {
 
     #[test]
     fn only_what_is_nested_with_more_estimates_has_a_ratio() {
-        let score = |deviance: f64, estimates| Score {
+        let score = |deviance: f64, estimates| ContenderScore {
             deviance: Some(deviance),
             estimates,
             at_bounds: 0,
@@ -72,9 +72,9 @@ mod tests {
         };
         // χ²₂ beyond 5.991: probability 0.05.
         let scores = [score(105.991_464_5, 3), score(100.0, 5), score(90.0, 3)];
-        let ratio = of(0, 1, &scores).expect("a ratio");
+        let ratio = compare(0, 1, &scores).expect("a ratio");
         assert!((ratio.p_value - 0.05).abs() < 1e-6 && ratio.degrees_of_freedom == 2, "{ratio:?}");
-        assert_eq!(of(0, 2, &scores), None);
-        assert_eq!(of(1, 0, &scores), None);
+        assert_eq!(compare(0, 2, &scores), None);
+        assert_eq!(compare(1, 0, &scores), None);
     }
 }

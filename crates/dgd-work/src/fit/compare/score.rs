@@ -16,8 +16,8 @@ use std::f64::consts::PI;
 use dgd_identify::ParameterEstimate;
 
 use crate::error::WorkError;
-use crate::fit::Fitted;
-use crate::fit::page::traces::Trace;
+use crate::fit::FitResult;
+use crate::fit::page::traces::PageTrace;
 use crate::output::agreement::Agreement;
 use crate::output::quantity::of_differences;
 
@@ -33,7 +33,7 @@ pub(super) struct CommonOutput {
 
 /// Measurements and residuals of one contender and one output.
 #[derive(Debug, Clone, Default)]
-struct Samples {
+struct ContenderSamples {
     measured: Vec<f64>,
     residuals: Vec<f64>,
     /// −2 ln of the density of each reading, if the readings have standard deviations of their own.
@@ -42,16 +42,16 @@ struct Samples {
 
 /// The samples common to all contenders.
 #[derive(Debug, Clone)]
-pub(super) struct Common {
+pub(super) struct CommonSamples {
     pub outputs: Vec<CommonOutput>,
     /// Training and validation samples, by contender and output.
-    samples: [Vec<Vec<Samples>>; 2],
+    samples: [Vec<Vec<ContenderSamples>>; 2],
 }
 
 /// Likelihood of a contender in training, and the number of its estimates.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[non_exhaustive]
-pub struct Score {
+pub struct ContenderScore {
     /// −2 ln L; none if an output is matched without any error.
     pub deviance: Option<f64>,
     /// Estimated parameters, initial values and noises that are not at a bound.
@@ -62,7 +62,7 @@ pub struct Score {
     pub samples: usize,
 }
 
-impl Score {
+impl ContenderScore {
     /// Akaike's criterion.
     pub fn aic(&self) -> Option<f64> {
         Some(self.deviance? + 2.0 * self.estimates as f64)
@@ -74,9 +74,9 @@ impl Score {
     }
 }
 
-impl Common {
+impl CommonSamples {
     /// The samples common to fits of the same recordings.
-    pub(super) fn of(fits: &[Fitted]) -> Result<Common, WorkError> {
+    pub(super) fn collect(fits: &[FitResult]) -> Result<CommonSamples, WorkError> {
         let first = &fits[0];
         verify_recordings(fits)?;
         let is_measured = |i: usize| {
@@ -84,7 +84,7 @@ impl Common {
         };
         let outputs = first.signature.outputs.iter().enumerate();
         let outputs = outputs.filter(|(i, _)| is_measured(*i)).filter_map(|(_, output)| {
-            let place = |fitted: &Fitted| {
+            let place = |fitted: &FitResult| {
                 let mut outputs = fitted.signature.outputs.iter();
                 let i = outputs.position(|other| other.name == output.name)?;
                 let unit = &fitted.signature.outputs[i].unit;
@@ -101,12 +101,12 @@ impl Common {
             return Err(WorkError::Found(message.to_owned()));
         }
         let samples = [false, true].map(|is_valid| {
-            let of_contender = |k: usize| -> Vec<Samples> {
+            let of_contender = |k: usize| -> Vec<ContenderSamples> {
                 outputs.iter().map(|output| samples(fits, output, k, is_valid)).collect()
             };
             (0..fits.len()).map(of_contender).collect()
         });
-        Ok(Common { outputs, samples })
+        Ok(CommonSamples { outputs, samples })
     }
 
     /// Training samples of all outputs.
@@ -115,13 +115,17 @@ impl Common {
     }
 
     /// The score of a contender with these parameters and initial values.
-    pub(super) fn score(&self, contender: usize, estimates: &[ParameterEstimate]) -> Score {
+    pub(super) fn score(
+        &self,
+        contender: usize,
+        estimates: &[ParameterEstimate],
+    ) -> ContenderScore {
         let outputs = &self.samples[0][contender];
         let deviance = deviance(outputs.iter());
         let levels = outputs.iter().filter(|one| one.deviances.is_none()).count();
         let at_bounds = estimates.iter().filter(|estimate| estimate.at_bound.is_some()).count();
         let estimates = estimates.len() - at_bounds + levels;
-        Score { deviance, estimates, at_bounds, samples: self.samples() }
+        ContenderScore { deviance, estimates, at_bounds, samples: self.samples() }
     }
 
     pub(super) fn agreement(
@@ -130,15 +134,15 @@ impl Common {
         output: usize,
         is_valid: bool,
     ) -> Option<Agreement> {
-        let Samples { measured, residuals, .. } =
+        let ContenderSamples { measured, residuals, .. } =
             &self.samples[usize::from(is_valid)][contender][output];
-        Agreement::of(measured.iter().zip(residuals).map(|(y, e)| (*y, y - e)))
+        Agreement::measure(measured.iter().zip(residuals).map(|(y, e)| (*y, y - e)))
     }
 }
 
 /// −2 ln L of residuals, output by output.
-fn deviance<'a>(outputs: impl Iterator<Item = &'a Samples>) -> Option<f64> {
-    let deviance_of = |Samples { residuals, deviances, .. }: &Samples| -> f64 {
+fn deviance<'a>(outputs: impl Iterator<Item = &'a ContenderSamples>) -> Option<f64> {
+    let deviance_of = |ContenderSamples { residuals, deviances, .. }: &ContenderSamples| -> f64 {
         if let Some(deviances) = deviances {
             return deviances.iter().sum();
         }
@@ -151,8 +155,8 @@ fn deviance<'a>(outputs: impl Iterator<Item = &'a Samples>) -> Option<f64> {
 }
 
 /// Checks that the recordings have the same sample times in all fits.
-fn verify_recordings(fits: &[Fitted]) -> Result<(), WorkError> {
-    let times = |fitted: &Fitted| -> Vec<Vec<f64>> {
+fn verify_recordings(fits: &[FitResult]) -> Result<(), WorkError> {
+    let times = |fitted: &FitResult| -> Vec<Vec<f64>> {
         fitted.traces.iter().map(|trace| trace.times.clone()).collect()
     };
     let first = times(&fits[0]);
@@ -165,11 +169,16 @@ fn verify_recordings(fits: &[Fitted]) -> Result<(), WorkError> {
 }
 
 /// The samples of a contender that all contenders have.
-fn samples(fits: &[Fitted], output: &CommonOutput, contender: usize, is_valid: bool) -> Samples {
-    let mut common = Samples::default();
+fn samples(
+    fits: &[FitResult],
+    output: &CommonOutput,
+    contender: usize,
+    is_valid: bool,
+) -> ContenderSamples {
+    let mut common = ContenderSamples::default();
     let traces_of =
         |k: usize| fits[k].traces.iter().filter(move |trace| trace.is_valid == is_valid);
-    let residuals = |trace: &Trace, k: usize| -> Option<Vec<f64>> {
+    let residuals = |trace: &PageTrace, k: usize| -> Option<Vec<f64>> {
         let (i, factor) = output.places[k];
         Some(trace.residuals[i].as_ref()?.iter().map(|e| e * factor).collect())
     };
@@ -215,7 +224,8 @@ mod tests {
                 -2.0 * e.iter().map(|e| density(e).ln()).sum::<f64>()
             })
             .sum();
-        let samples = |e: &[f64]| Samples { residuals: e.to_vec(), ..Samples::default() };
+        let samples =
+            |e: &[f64]| ContenderSamples { residuals: e.to_vec(), ..ContenderSamples::default() };
         let computed = deviance(residuals.map(samples).iter()).expect("a number");
         assert!((computed - by_density).abs() < 1e-12, "{computed} {by_density}");
         assert_eq!(deviance([samples(&[0.0, 0.0])].iter()), None);
@@ -223,7 +233,8 @@ mod tests {
 
     #[test]
     fn criteria_charge_for_estimates() {
-        let score = Score { deviance: Some(100.0), estimates: 3, at_bounds: 1, samples: 1000 };
+        let score =
+            ContenderScore { deviance: Some(100.0), estimates: 3, at_bounds: 1, samples: 1000 };
         assert_eq!(score.aic(), Some(106.0));
         assert!((score.bic().unwrap_or(0.0) - 120.723_27).abs() < 1e-4);
     }

@@ -2,15 +2,15 @@
 
 use std::fmt::Write as _;
 
-use super::Comparison;
+use super::FitComparison;
 use crate::output::agreement::Agreement;
-use crate::output::quantity::{Quantity, short};
+use crate::output::quantity::{UncertainValue, short};
 use crate::output::table::{push_table, significant};
 use crate::result::compare::{ContenderEntry, ContenderOutput, RelativeError};
 use crate::result::fit::FitStatus;
 
 /// One contender, for programs.
-pub(super) fn entry(all: &Comparison, k: usize) -> ContenderEntry {
+pub(super) fn entry(all: &FitComparison, k: usize) -> ContenderEntry {
     let contender = &all.contenders[k];
     let least =
         |number: &dyn Fn(usize) -> Option<f64>| Some(number(k)? - number(all.least(number)?)?);
@@ -46,7 +46,7 @@ pub(super) fn entry(all: &Comparison, k: usize) -> ContenderEntry {
 }
 
 /// The conclusion, in a sentence.
-pub(super) fn sentence(all: &Comparison) -> String {
+pub(super) fn sentence(all: &FitComparison) -> String {
     let name = |k: usize| format!("`{}`", all.contenders[k].name);
     let by_bic = all.least(|k| all.contenders[k].score.bic());
     let by_valid = all.least(|k| all.relative_error(k, true));
@@ -67,7 +67,7 @@ pub(super) fn sentence(all: &Comparison) -> String {
 }
 
 /// A line for each likelihood ratio.
-pub(super) fn ratios(all: &Comparison) -> Vec<String> {
+pub(super) fn ratios(all: &FitComparison) -> Vec<String> {
     let line = |one: &super::LikelihoodRatio| {
         let name = |k: usize| &all.contenders[k].name;
         let parameters = if one.degrees_of_freedom == 1 { "estimate" } else { "estimates" };
@@ -91,11 +91,11 @@ pub(super) fn ratios(all: &Comparison) -> Vec<String> {
 pub(super) struct ParameterRow {
     pub name: String,
     pub unit: String,
-    pub values: Vec<Option<Quantity>>,
+    pub values: Vec<Option<UncertainValue>>,
 }
 
 /// The parameters of all contenders, in order of first appearance.
-pub(super) fn parameters(all: &Comparison) -> Vec<ParameterRow> {
+pub(super) fn parameters(all: &FitComparison) -> Vec<ParameterRow> {
     let mut rows: Vec<ParameterRow> = Vec::new();
     for k in 0..all.contenders.len() {
         for (name, entry) in all.contenders[k].fitted.result().parameters.iter() {
@@ -106,14 +106,14 @@ pub(super) fn parameters(all: &Comparison) -> Vec<ParameterRow> {
                 rows.len() - 1
             });
             let std = entry.std.unwrap_or(f64::NAN);
-            rows[position].values[k] = entry.value.map(|value| Quantity::with(value, std));
+            rows[position].values[k] = entry.value.map(|value| UncertainValue::with(value, std));
         }
     }
     rows
 }
 
 /// Tables, then the conclusion.
-pub(super) fn text(all: &Comparison) -> String {
+pub(super) fn text(all: &FitComparison) -> String {
     let mut text = String::new();
     let number = |value: Option<f64>, digits| {
         value.map_or_else(|| "-".to_owned(), |value| significant(value, digits))
@@ -186,7 +186,7 @@ pub(super) fn text(all: &Comparison) -> String {
 }
 
 /// rms and fit of each output in training and validation.
-fn push_outputs(text: &mut String, all: &Comparison) {
+fn push_outputs(text: &mut String, all: &FitComparison) {
     let mut head = vec!["output".to_owned(), "unit".to_owned()];
     for what in ["rms train", "rms valid", "fit valid %"] {
         head.extend(all.contenders.iter().map(|one| format!("{what} {}", one.label)));

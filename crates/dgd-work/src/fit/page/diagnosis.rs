@@ -3,7 +3,7 @@
 use dgd_runtime::Signature;
 use dgd_screen::residuals::{CrossCorrelation, Portmanteau, cross_correlation, portmanteau};
 
-use super::traces::Trace;
+use super::traces::PageTrace;
 
 /// Tested lags, in samples.
 const LAGS: usize = 25;
@@ -13,11 +13,11 @@ const RARE: f64 = 0.01;
 
 /// By output; `None` for outputs with too few samples.
 pub(super) struct Diagnosis {
-    pub outputs: Vec<Tested>,
+    pub outputs: Vec<OutputTests>,
 }
 
 /// The tests of one output.
-pub(super) struct Tested {
+pub(super) struct OutputTests {
     pub whiteness: Option<Portmanteau>,
     /// By input.
     pub inputs: Vec<Option<CrossCorrelation>>,
@@ -26,10 +26,10 @@ pub(super) struct Tested {
 }
 
 impl Diagnosis {
-    pub(super) fn of(signature: &Signature, traces: &[Trace]) -> Self {
+    pub(super) fn test(signature: &Signature, traces: &[PageTrace]) -> Self {
         let tests_of = |i: usize| {
             let runs = || traces.iter().filter(|trace| !trace.is_valid);
-            let runs: Vec<(&Trace, &[f64])> =
+            let runs: Vec<(&PageTrace, &[f64])> =
                 runs().filter_map(|trace| Some((trace, trace.tested[i].as_deref()?))).collect();
             let residuals: Vec<&[f64]> = runs.iter().map(|(_, residuals)| *residuals).collect();
             let inputs = (0..signature.inputs.len()).map(|input| {
@@ -39,7 +39,7 @@ impl Diagnosis {
             });
             let spacing =
                 runs.iter().find_map(|(trace, _)| dgd_screen::usual_spacing(&trace.times));
-            Tested {
+            OutputTests {
                 whiteness: portmanteau(&residuals, LAGS),
                 inputs: inputs.collect(),
                 spacing: spacing.unwrap_or(1.0),

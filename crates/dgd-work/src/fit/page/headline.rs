@@ -9,7 +9,7 @@ use crate::fit::report::bad_fit::BadFit;
 use crate::fit::report::outcome::CORRELATED;
 use crate::output::page::told;
 use crate::output::quantity::short;
-use crate::result::fit::{FitResult, OutputEntry};
+use crate::result::fit::{FitDocument, OutputEntry};
 
 /// Validation residuals larger than those in training by this factor are pointed out.
 const WORSE: f64 = 1.5;
@@ -25,7 +25,7 @@ pub(super) struct Headline {
 }
 
 pub(super) fn headline(
-    result: &FitResult,
+    result: &FitDocument,
     signature: &Signature,
     diagnosis: &Diagnosis,
 ) -> Headline {
@@ -85,7 +85,7 @@ pub(super) fn headline(
 }
 
 /// Residuals larger than the declared noise, in a sentence.
-fn larger(result: &FitResult) -> Option<String> {
+fn larger(result: &FitDocument) -> Option<String> {
     let details = result.simulation.as_ref()?;
     let chi = details.reduced_chi_square?;
     details.left_over.as_ref().filter(|model_error| model_error.exceeds_declared_noise)?;
@@ -97,7 +97,7 @@ fn larger(result: &FitResult) -> Option<String> {
 }
 
 /// Outputs that the fit predicts worse than it fits them.
-fn worse(result: &FitResult) -> Option<String> {
+fn worse(result: &FitDocument) -> Option<String> {
     let ratio = |output: &OutputEntry| Some(output.rms_valid? / output.rms_train?);
     let worse = result.outputs.iter().filter_map(|(name, output)| Some((name, ratio(output)?)));
     let worse = worse.filter(|(_, ratio)| *ratio > WORSE);
@@ -108,7 +108,7 @@ fn worse(result: &FitResult) -> Option<String> {
 }
 
 /// The outcome of the search, in numbers.
-fn end(result: &FitResult) -> String {
+fn end(result: &FitDocument) -> String {
     let details = result.simulation.as_ref();
     let mut parts = Vec::new();
     if let Some(chi) = details.and_then(|details| details.reduced_chi_square) {

@@ -16,19 +16,19 @@ use dgd_page::{ChartLink, Markup, Page, PageCell, PageTable};
 use dgd_plot::{Figure, MathText, SeriesMeaning};
 use dgd_runtime::Signature;
 
-use super::Fitted;
+use super::FitResult;
 use crate::output::agreement::Agreement;
-use crate::output::figure::{self, Line, Subject};
+use crate::output::figure::{self, PanelLine, PanelSubject};
 use crate::output::page::{name, number, origin, unit};
 use crate::output::quantity::of_differences;
 use crate::result::fit::NoiseEntry;
 use diagnosis::Diagnosis;
-use traces::Trace;
+use traces::PageTrace;
 
 /// The page's text.
-pub(super) fn write(fitted: &Fitted) -> String {
+pub(super) fn write(fitted: &FitResult) -> String {
     let (result, signature) = (&fitted.result, &fitted.signature);
-    let diagnosis = Diagnosis::of(signature, &fitted.traces);
+    let diagnosis = Diagnosis::test(signature, &fitted.traces);
     let mut page = Page::new(&format!("{}: fit", signature.name));
     let kind = Markup::text("Fit of the model ").then(&Markup::code(&signature.name));
     let headline = headline::headline(result, signature, &diagnosis);
@@ -74,7 +74,7 @@ pub(super) fn write(fitted: &Fitted) -> String {
 }
 
 /// The agreement of each output with measurements, in training and in validation.
-fn outputs(fitted: &Fitted) -> Markup {
+fn outputs(fitted: &FitResult) -> Markup {
     let head = [
         "output",
         "unit",
@@ -111,7 +111,7 @@ fn outputs(fitted: &Fitted) -> Markup {
 }
 
 /// The agreement of an output with all recordings of a set, over the samples that count.
-pub(super) fn agreement(traces: &[Trace], output: usize, is_valid: bool) -> Option<Agreement> {
+pub(super) fn agreement(traces: &[PageTrace], output: usize, is_valid: bool) -> Option<Agreement> {
     let mut pairs = Vec::new();
     for trace in traces.iter().filter(|trace| trace.is_valid == is_valid) {
         let (Some(measured), Some(residuals)) = (&trace.measured[output], &trace.residuals[output])
@@ -120,13 +120,13 @@ pub(super) fn agreement(traces: &[Trace], output: usize, is_valid: bool) -> Opti
         };
         pairs.extend(measured.iter().zip(residuals).map(|(y, e)| (*y, y - e)));
     }
-    Agreement::of(pairs.into_iter())
+    Agreement::measure(pairs.into_iter())
 }
 
 /// One recording: its inputs, each output measured and simulated, and the residuals.
-fn push_recording(page: &mut Page, signature: &Signature, trace: &Trace) {
+fn push_recording(page: &mut Page, signature: &Signature, trace: &PageTrace) {
     let role = if trace.is_valid { "validation" } else { "training" };
-    let line = |name: &str, values: &[f64], meaning| Line {
+    let line = |name: &str, values: &[f64], meaning| PanelLine {
         name: MathText::plain(name),
         times: trace.times.clone(),
         values: values.to_vec(),
@@ -138,7 +138,7 @@ fn push_recording(page: &mut Page, signature: &Signature, trace: &Trace) {
         let (Some(measured), Some(standard)) = (&trace.measured[i], &trace.standard[i]) else {
             continue;
         };
-        curves.push(Subject {
+        curves.push(PanelSubject {
             title: MathText::name(&output.name),
             unit: output.unit.symbol.to_string(),
             lines: vec![
@@ -146,21 +146,21 @@ fn push_recording(page: &mut Page, signature: &Signature, trace: &Trace) {
                 line("measured", measured, SeriesMeaning::Measured),
             ],
         });
-        errors.push(Subject {
+        errors.push(PanelSubject {
             title: MathText::name(&output.name),
             unit: residuals::UNIT.to_owned(),
             lines: vec![line("measured − fitted", standard, SeriesMeaning::Residual)],
         });
     }
     let inputs = signature.inputs.iter().zip(&trace.inputs).enumerate();
-    let inputs = inputs.map(|(k, (input, values))| Subject {
+    let inputs = inputs.map(|(k, (input, values))| PanelSubject {
         title: MathText::name(&input.name),
         unit: input.unit.symbol.to_string(),
         lines: vec![line("input", values, SeriesMeaning::Input(k))],
     });
     curves.extend(inputs);
     let link = ChartLink::With(&trace.name);
-    let mut chart = |subjects: &[Subject], caption: &str| {
+    let mut chart = |subjects: &[PanelSubject], caption: &str| {
         let figure = figure::panels(subjects);
         page.chart(&figure, link, &Markup::text(caption))
     };

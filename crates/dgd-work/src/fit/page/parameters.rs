@@ -4,10 +4,10 @@ use dgd_page::{Markup, PageTable, heat_map};
 
 use super::remark;
 use crate::output::page::{count, name, number, unit};
-use crate::output::quantity::{Quantity, rounded, short};
+use crate::output::quantity::{UncertainValue, rounded, short};
 use crate::result::ByName;
 use crate::result::fit::{
-    EstimateEntry, FitResult, OperatingPointEntry, RecordingValues, ValueEntry,
+    EstimateEntry, FitDocument, OperatingPointEntry, RecordingValues, ValueEntry,
 };
 
 /// A larger relative standard deviation is pointed out.
@@ -34,7 +34,7 @@ fn doubt(entry: &EstimateEntry) -> Option<String> {
 }
 
 /// The parameters to doubt, in a sentence.
-pub(super) fn doubtful(result: &FitResult, correlated: f64) -> String {
+pub(super) fn doubtful(result: &FitDocument, correlated: f64) -> String {
     let mut doubts: Vec<String> = result
         .parameters
         .iter()
@@ -84,7 +84,7 @@ fn push_rows(table: &mut PageTable, estimates: &ByName<EstimateEntry>) {
     for (called, entry) in estimates.iter() {
         let shown = match (entry.value, entry.std) {
             (None, _) => "–".to_owned(),
-            (Some(value), Some(std)) if std > 0.0 => Quantity::new(value, std).to_string(),
+            (Some(value), Some(std)) if std > 0.0 => UncertainValue::new(value, std).to_string(),
             (Some(value), _) => rounded(value, DIGITS),
         };
         table.rows.push(vec![
@@ -98,14 +98,14 @@ fn push_rows(table: &mut PageTable, estimates: &ByName<EstimateEntry>) {
 }
 
 /// The estimated parameters.
-pub(super) fn table(result: &FitResult) -> Markup {
+pub(super) fn table(result: &FitDocument) -> Markup {
     let mut table = PageTable::new("Estimated parameters", &HEAD);
     push_rows(&mut table, &result.parameters);
     table.to_markup()
 }
 
 /// Estimated initial values, recording by recording.
-pub(super) fn starts(result: &FitResult) -> Markup {
+pub(super) fn starts(result: &FitDocument) -> Markup {
     let mut tables = Markup::default();
     for RecordingValues { data, values } in result.starts.iter().flatten() {
         let mut table = PageTable::new(&format!("Start values of {data}"), &HEAD);
@@ -119,7 +119,7 @@ pub(super) fn starts(result: &FitResult) -> Markup {
 }
 
 /// The correlation matrix in colours, so that strong correlations stand out.
-pub(super) fn correlation(result: &FitResult) -> Markup {
+pub(super) fn correlation(result: &FitDocument) -> Markup {
     let names = result.names.as_deref().unwrap_or_default();
     if names.len() < 2 {
         return Markup::default();
@@ -130,7 +130,7 @@ pub(super) fn correlation(result: &FitResult) -> Markup {
 }
 
 /// The information on each estimate from steady operation and from transients, and where most of it comes from.
-pub(super) fn information(result: &FitResult) -> Markup {
+pub(super) fn information(result: &FitDocument) -> Markup {
     let head = ["estimate", "at rest, %", "transients, %", "most at, s", "in", "of"];
     let mut table = PageTable::new("Which data determines the parameters", &head);
     for (called, entry) in result.information.iter().flat_map(ByName::iter) {
@@ -149,7 +149,7 @@ pub(super) fn information(result: &FitResult) -> Markup {
 }
 
 /// The steady operating points of the recordings.
-pub(super) fn operating_points(result: &FitResult) -> Markup {
+pub(super) fn operating_points(result: &FitDocument) -> Markup {
     let points = result.operating_points.as_deref().unwrap_or_default();
     let Some(first) = points.first() else { return Markup::default() };
     let quantities = |point: &OperatingPointEntry| -> Vec<(String, ValueEntry)> {

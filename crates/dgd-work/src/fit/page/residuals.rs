@@ -5,9 +5,9 @@ use dgd_plot::{Envelope, MathText, Panel, PlotSeries, SeriesMeaning, SeriesStyle
 use dgd_runtime::Signature;
 use dgd_screen::normality::{histogram, normal_quantiles};
 
-use super::diagnosis::{Diagnosis, Tested};
+use super::diagnosis::{Diagnosis, OutputTests};
 use super::grid;
-use super::traces::Trace;
+use super::traces::PageTrace;
 
 /// The unit of residuals over their standard deviations.
 pub(super) const UNIT: &str = "σ";
@@ -26,7 +26,7 @@ const POINTS: usize = 121;
 pub(super) fn push(
     page: &mut Page,
     signature: &Signature,
-    traces: &[Trace],
+    traces: &[PageTrace],
     diagnosis: &Diagnosis,
 ) {
     let outputs = || signature.outputs.iter().zip(&diagnosis.outputs);
@@ -81,7 +81,7 @@ fn lags(title: MathText, values: &[f64], first: usize, limit: f64, spacing: f64)
     }
 }
 
-fn by_input(signature: &Signature, output: &str, tested: &Tested) -> Vec<Panel> {
+fn by_input(signature: &Signature, output: &str, tested: &OutputTests) -> Vec<Panel> {
     let inputs = signature.inputs.iter().zip(&tested.inputs);
     let panels = inputs.filter_map(|(input, test)| {
         let test = test.as_ref()?;
@@ -93,7 +93,7 @@ fn by_input(signature: &Signature, output: &str, tested: &Tested) -> Vec<Panel> 
 }
 
 /// The residuals of all outputs over one input.
-fn against(page: &mut Page, signature: &Signature, traces: &[Trace], input: usize) -> Markup {
+fn against(page: &mut Page, signature: &Signature, traces: &[PageTrace], input: usize) -> Markup {
     let declared = &signature.inputs[input];
     let outputs = signature.outputs.iter().enumerate();
     let panels = outputs.filter_map(|(i, output)| {
@@ -123,7 +123,7 @@ fn against(page: &mut Page, signature: &Signature, traces: &[Trace], input: usiz
 }
 
 /// Histograms with the normal density, and QQ plots.
-fn push_distribution(page: &mut Page, signature: &Signature, traces: &[Trace]) {
+fn push_distribution(page: &mut Page, signature: &Signature, traces: &[PageTrace]) {
     let (mut histograms, mut quantiles) = (Vec::new(), Vec::new());
     for (i, output) in signature.outputs.iter().enumerate() {
         let Some(scaled) = scaled(traces, i) else { continue };
@@ -142,7 +142,7 @@ fn push_distribution(page: &mut Page, signature: &Signature, traces: &[Trace]) {
 }
 
 /// Residuals of an output over their own standard deviations, shifted to zero mean and scaled to unit variance.
-fn scaled(traces: &[Trace], output: usize) -> Option<Vec<f64>> {
+fn scaled(traces: &[PageTrace], output: usize) -> Option<Vec<f64>> {
     let training = traces.iter().filter(|trace| !trace.is_valid);
     let values: Vec<f64> = training
         .filter_map(|trace| trace.standard[output].as_ref())

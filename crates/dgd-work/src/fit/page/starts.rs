@@ -4,13 +4,13 @@ use dgd_page::{ChartLink, Markup, Page, PageTable};
 use dgd_plot::{Figure, MathText, Panel, PlotSeries, SeriesMeaning, SeriesStyle};
 
 use crate::output::page::{count, name, number, told, unit};
-use crate::result::fit::{FitResult, MinimumEntry, MultiStartResult, StartEntry};
+use crate::result::fit::{FitDocument, MinimumEntry, MultiStartResult, StartEntry};
 
 /// Minima with a column; `result.json` has all.
 const MOST_MINIMA: usize = 6;
 
 /// The section on several starting points, if there were several.
-pub(super) fn push(page: &mut Page, result: &FitResult) {
+pub(super) fn push(page: &mut Page, result: &FitDocument) {
     let Some(several) = &result.multi_start else { return };
     let note = "Each point is a fit, the best first. Those on one step have reached one minimum; steps above the first are \
                 other minima. Fits that did not converge stand where they ended.";
@@ -21,22 +21,22 @@ pub(super) fn push(page: &mut Page, result: &FitResult) {
 
 /// Deviances above the best, ascending, on a scale that shows both 0 and thousands.
 fn waterfall(ends: &[StartEntry]) -> Figure {
-    let mut fits: Vec<(f64, Kind)> = ends
+    let mut fits: Vec<(f64, StartOutcome)> = ends
         .iter()
         .filter_map(|end| {
             let kind = match end.minimum {
-                Some(0) => Kind::Best,
-                Some(_) => Kind::Other,
-                None => Kind::Lost,
+                Some(0) => StartOutcome::Best,
+                Some(_) => StartOutcome::Other,
+                None => StartOutcome::Lost,
             };
             Some((end.deviance_above?, kind))
         })
         .collect();
     fits.sort_by(|(a, _), (b, _)| a.total_cmp(b));
     let series = [
-        (Kind::Best, "the best minimum", SeriesMeaning::Variant(0)),
-        (Kind::Other, "another minimum", SeriesMeaning::Variant(1)),
-        (Kind::Lost, "not converged", SeriesMeaning::Variant(2)),
+        (StartOutcome::Best, "the best minimum", SeriesMeaning::Variant(0)),
+        (StartOutcome::Other, "another minimum", SeriesMeaning::Variant(1)),
+        (StartOutcome::Lost, "not converged", SeriesMeaning::Variant(2)),
     ]
     .into_iter()
     .filter_map(|(kind, words, meaning)| {
@@ -57,7 +57,7 @@ fn waterfall(ends: &[StartEntry]) -> Figure {
 
 /// The outcome of a fit.
 #[derive(Clone, Copy, PartialEq, Eq)]
-enum Kind {
+enum StartOutcome {
     Best,
     Other,
     Lost,

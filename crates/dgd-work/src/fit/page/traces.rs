@@ -5,12 +5,12 @@ use std::path::PathBuf;
 use dgd_identify::{OutputErrorEvaluation, Recording};
 use dgd_runtime::{LimitSide, Observations, Signature, Unit};
 
-use crate::fit::report::standard::Standardised;
+use crate::fit::report::standard::StandardisedResidual;
 use crate::output::columns::in_unit;
 use crate::run::recording;
 
 /// One recording.
-pub(crate) struct Trace {
+pub(crate) struct PageTrace {
     /// Its name.
     pub name: String,
     /// Whether it is a validation recording.
@@ -42,8 +42,8 @@ pub(crate) fn traces(
     signature: &Signature,
     paths: [&[PathBuf]; 2],
     of: [Option<(&[Recording], &OutputErrorEvaluation)>; 2],
-    standardised: impl Fn(&Recording, usize, usize, &[f64]) -> Option<Standardised>,
-) -> Vec<Trace> {
+    standardised: impl Fn(&Recording, usize, usize, &[f64]) -> Option<StandardisedResidual>,
+) -> Vec<PageTrace> {
     let names = recording::names(&paths.concat());
     let (train, valid) = names.split_at(paths[0].len());
     let mut traces = Vec::new();
@@ -65,8 +65,8 @@ fn trace(
     is_valid: bool,
     recording: &Recording,
     observations: &Observations,
-    standardised: &impl Fn(&Recording, usize, usize, &[f64]) -> Option<Standardised>,
-) -> Trace {
+    standardised: &impl Fn(&Recording, usize, usize, &[f64]) -> Option<StandardisedResidual>,
+) -> PageTrace {
     let samples = || 0..recording.times.len();
     let units = || signature.outputs.iter().map(|output| &output.unit);
     let simulated = |(i, unit): (usize, &Unit)| {
@@ -85,31 +85,31 @@ fn trace(
     };
     let residuals: Vec<Option<Vec<f64>>> = measured.iter().zip(&simulated).map(residual).collect();
     // By output, for each sample.
-    let judged = |i: usize| -> Option<Vec<Standardised>> {
+    let judged = |i: usize| -> Option<Vec<StandardisedResidual>> {
         let judge = |k: usize| {
             let judged_sample = standardised(recording, i, k, observations.w(k))?;
             let is_counted = counts(k) && judged_sample.residual.is_finite();
             Some(if is_counted {
                 judged_sample
             } else {
-                Standardised::missing(judged_sample.deviance.is_some())
+                StandardisedResidual::missing(judged_sample.deviance.is_some())
             })
         };
         recording.measured[i].as_ref()?;
         samples().map(judge).collect()
     };
-    let judged: Vec<Option<Vec<Standardised>>> = (0..measured.len()).map(judged).collect();
-    let part = |of: fn(&Standardised) -> f64| -> Vec<Option<Vec<f64>>> {
-        let of_output = |(judged, raw): (&Option<Vec<Standardised>>, &Option<Vec<f64>>)| {
+    let judged: Vec<Option<Vec<StandardisedResidual>>> = (0..measured.len()).map(judged).collect();
+    let part = |of: fn(&StandardisedResidual) -> f64| -> Vec<Option<Vec<f64>>> {
+        let of_output = |(judged, raw): (&Option<Vec<StandardisedResidual>>, &Option<Vec<f64>>)| {
             let raw = raw.as_ref()?;
             Some(judged.as_ref().map_or_else(|| raw.clone(), |all| all.iter().map(of).collect()))
         };
         judged.iter().zip(&residuals).map(of_output).collect()
     };
-    let deviances = |all: &Option<Vec<Standardised>>| -> Option<Vec<f64>> {
+    let deviances = |all: &Option<Vec<StandardisedResidual>>| -> Option<Vec<f64>> {
         all.as_ref()?.iter().map(|one| one.deviance).collect()
     };
-    Trace {
+    PageTrace {
         standard: part(|one| one.residual),
         tested: part(|one| one.tested),
         deviances: judged.iter().map(deviances).collect(),
@@ -125,7 +125,7 @@ fn trace(
 }
 
 /// Divides residuals of unknown noise by their root mean square, that of training if there is one.
-fn scale_by_their_size(traces: &mut [Trace], outputs: usize) {
+fn scale_by_their_size(traces: &mut [PageTrace], outputs: usize) {
     for i in 0..outputs {
         let size = |is_valid: bool| {
             let of_set = traces.iter().filter(|trace| trace.is_valid == is_valid);

@@ -4,7 +4,7 @@ use std::fmt;
 
 use super::quality::RARE;
 use crate::output::quantity::short;
-use crate::result::fit::{FitResult, OutputEntry};
+use crate::result::fit::{FitDocument, OutputEntry};
 
 /// A fit whose residuals exceed the declared noise by more than this factor is bad.
 const BAD: f64 = 2.0;
@@ -26,7 +26,7 @@ pub(crate) enum BadFit {
 
 impl BadFit {
     /// `None` if the fit is not bad.
-    pub(crate) fn find(result: &FitResult) -> Option<Self> {
+    pub(crate) fn find(result: &FitDocument) -> Option<Self> {
         let outputs = || result.outputs.iter().filter(|(_, output)| output.fitted != Some(false));
         let quality = |output: &OutputEntry| output.quality.as_ref()?.train.clone();
         let is_worse = |output: &OutputEntry| {

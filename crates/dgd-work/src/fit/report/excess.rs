@@ -16,7 +16,7 @@ use dgd_identify::{Loss, OutputErrorEvaluation, Recording};
 use dgd_runtime::Signature;
 use dgd_screen::distribution::{chi_square_tail, normal_two_sided};
 
-use super::standard::Standard;
+use super::standard::NoiseStandard;
 use crate::result::fit::ExcessEntry;
 
 /// The median of |z| for a standard normal z.
@@ -24,7 +24,7 @@ const NORMAL_MEDIAN: f64 = 0.674_489_750_196_081_7;
 
 /// Size of the residuals of an output relative to its declared noise.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Excess {
+pub(crate) struct ResidualExcess {
     /// Ratio of their sizes.
     pub times: f64,
     /// Probability of such residuals under the declared noise; for losses other than squares, a bound for residuals
@@ -32,14 +32,14 @@ pub(crate) struct Excess {
     pub p_value: f64,
 }
 
-impl Excess {
+impl ResidualExcess {
     /// The excess of each fitted output that declares its noise.
     pub(crate) fn all(
         signature: &Signature,
         recordings: &[Recording],
         evaluation: &OutputErrorEvaluation,
-        standard: Standard<'_>,
-    ) -> Vec<Option<Excess>> {
+        standard: NoiseStandard<'_>,
+    ) -> Vec<Option<ResidualExcess>> {
         let excess_of = |i: usize| {
             let sigma = standard.fit.noise[i]?;
             let changes = standard.changes(i);
@@ -47,7 +47,7 @@ impl Excess {
             let mut sizes = Vec::new();
             for (recording, observations) in recordings.iter().zip(&evaluation.observations) {
                 for (k, t) in recording.times.iter().enumerate() {
-                    let standardised = standard.of(recording, i, k, observations.w(k));
+                    let standardised = standard.standardise(recording, i, k, observations.w(k));
                     let z =
                         standardised.map_or(f64::NAN, |standardised| standardised.residual * over);
                     if z.is_finite() && *t >= recording.counts_from {
@@ -57,12 +57,12 @@ impl Excess {
             }
             let fit = standard.fit;
             let share = if changes { 1.0 } else { share(fit.degrees_of_freedom, fit.samples) };
-            Excess::of(sizes, share, fit.loss)
+            ResidualExcess::measure(sizes, share, fit.loss)
         };
         (0..signature.outputs.len()).map(excess_of).collect()
     }
 
-    fn of(mut sizes: Vec<f64>, share: f64, loss: Loss) -> Option<Excess> {
+    fn measure(mut sizes: Vec<f64>, share: f64, loss: Loss) -> Option<ResidualExcess> {
         let freedom = sizes.len() as f64 * share;
         if freedom <= 0.0 {
             return None;
@@ -70,13 +70,13 @@ impl Excess {
         if loss == Loss::Squares {
             let squares: f64 = sizes.iter().map(|z| z * z).sum();
             let (times, p_value) = ((squares / freedom).sqrt(), chi_square_tail(squares, freedom));
-            return Some(Excess { times, p_value });
+            return Some(ResidualExcess { times, p_value });
         }
         sizes.sort_unstable_by(f64::total_cmp);
         let times = sizes[sizes.len() / 2] / NORMAL_MEDIAN;
         let p = normal_two_sided(2.0 * NORMAL_MEDIAN);
         let divergence = 0.5 * (0.25 / (p * (1.0 - p))).ln();
-        Some(Excess { times, p_value: (-(sizes.len() as f64) * divergence).exp() })
+        Some(ResidualExcess { times, p_value: (-(sizes.len() as f64) * divergence).exp() })
     }
 
     /// For programs.
@@ -100,19 +100,19 @@ mod tests {
         for (k, size) in sizes.iter_mut().enumerate() {
             *size = if k % 2 == 0 { 3.0 } else { 1.0 };
         }
-        let excess = Excess::of(sizes.clone(), 0.5, Loss::Squares).expect("samples");
+        let excess = ResidualExcess::measure(sizes.clone(), 0.5, Loss::Squares).expect("samples");
         // 20 · (9 + 1) over 20.
         assert!(
             (excess.times - 10_f64.sqrt()).abs() < 1e-12 && excess.p_value < 1e-6,
             "{excess:?}"
         );
-        let excess = Excess::of(vec![0.67449; 41], 1.0, Loss::Huber).expect("samples");
+        let excess = ResidualExcess::measure(vec![0.67449; 41], 1.0, Loss::Huber).expect("samples");
         assert!((excess.times - 1.0).abs() < 1e-5, "{excess:?}");
         // 20 of 41 are outliers.
         let mut spoilt = vec![0.67449; 21];
         spoilt.extend([100.0; 20]);
-        let excess = Excess::of(spoilt, 1.0, Loss::Tukey).expect("samples");
+        let excess = ResidualExcess::measure(spoilt, 1.0, Loss::Tukey).expect("samples");
         assert!((excess.times - 1.0).abs() < 1e-5 && excess.p_value < 1e-4, "{excess:?}");
-        assert_eq!(Excess::of(sizes, 0.0, Loss::Squares), None);
+        assert_eq!(ResidualExcess::measure(sizes, 0.0, Loss::Squares), None);
     }
 }

@@ -14,7 +14,7 @@ use crate::result::fit::FewSamplesEntry;
 
 /// An output with too few samples.
 #[derive(Debug)]
-struct Few {
+struct TooFewSamples {
     output: String,
     samples: usize,
     /// The noise used instead, with its unit.
@@ -24,7 +24,7 @@ struct Few {
 /// Outputs with too few samples, and the number of estimates.
 #[derive(Debug, Default)]
 pub(crate) struct FewSamples {
-    all: Vec<Few>,
+    all: Vec<TooFewSamples>,
     samples: usize,
     estimates: usize,
 }
@@ -54,7 +54,7 @@ impl FewSamples {
             if let Some(sigma) = output.noise {
                 *noise = Some(NoiseSource::Known(sigma));
             }
-            outputs_with_few.push(Few {
+            outputs_with_few.push(TooFewSamples {
                 output: output.name.to_string(),
                 samples: counts[i],
                 declared: output
@@ -86,7 +86,7 @@ impl FewSamples {
 
     /// For programs.
     pub(crate) fn entries(&self) -> ByName<FewSamplesEntry> {
-        let entry = |few: &Few| {
+        let entry = |few: &TooFewSamples| {
             let (declared_noise, unit) = few.declared.clone().unzip();
             (few.output.clone(), FewSamplesEntry { samples: few.samples, declared_noise, unit })
         };
@@ -95,7 +95,7 @@ impl FewSamples {
 
     /// A line for each output.
     pub(crate) fn push_text(&self, text: &mut String) {
-        for Few { output, samples, declared } in &self.all {
+        for TooFewSamples { output, samples, declared } in &self.all {
             // Writing to a string cannot fail.
             let _ = write!(
                 text,

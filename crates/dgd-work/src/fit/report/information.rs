@@ -12,8 +12,8 @@ use dgd_screen::{
     Channel, Motion, ScreenedRecord, SteadyPoint, motion, operating_points, slope_window,
 };
 
-use crate::fit::report::intervals::Estimated;
-use crate::fit::report::outcome::Outcome;
+use crate::fit::report::intervals::IntervalEstimates;
+use crate::fit::report::outcome::OutputErrorReport;
 use crate::output::quantity::short;
 use crate::output::table::{push_table, significant};
 use crate::result::ByName;
@@ -34,25 +34,25 @@ const ENOUGH: usize = 20;
 const NOTHING: f64 = 0.01;
 
 /// The sources of information on each estimate, if requested.
-pub(crate) struct Origins {
+pub(crate) struct InformationSources {
     all: Vec<Information>,
     /// Share of each kind in all samples.
     shares: Vec<f64>,
     /// Samples of each kind.
     counts: Vec<usize>,
     /// The operating points: the kinds after the first.
-    points: Vec<Point>,
+    points: Vec<InformationPoint>,
 }
 
 /// An operating point.
-struct Point {
+struct InformationPoint {
     /// Means of the inputs, SI.
     inputs: Vec<f64>,
     /// Means of the simulated outputs, SI.
     outputs: Vec<f64>,
 }
 
-impl Origins {
+impl InformationSources {
     /// Computes them at the end of a fit.
     pub(crate) fn find(
         problem: &OutputErrorProblem<'_>,
@@ -78,7 +78,7 @@ impl Origins {
 
     /// An operating point by its inputs; for a model without inputs, by its outputs.
     fn place(&self, point: usize, signature: &Signature) -> String {
-        let Point { inputs, outputs } = &self.points[point];
+        let InformationPoint { inputs, outputs } = &self.points[point];
         let named = |name: &str, value: f64, unit: &Unit| {
             format!("`{name}` = {} {}", short(unit.from_si(value), 3), unit.symbol)
         };
@@ -93,7 +93,7 @@ impl Origins {
     }
 
     /// The entry of each estimate in the result.
-    pub(crate) fn entries(&self, outcome: &Outcome<'_>) -> ByName<InformationEntry> {
+    pub(crate) fn entries(&self, outcome: &OutputErrorReport<'_>) -> ByName<InformationEntry> {
         let entry = |found: &Information| {
             let outputs = outcome.signature.outputs.iter().zip(&found.outputs);
             let outputs = outputs.zip(&outcome.fit.noise).filter(|(_, noise)| noise.is_some());
@@ -125,7 +125,7 @@ impl Origins {
 
     /// The operating points in the result.
     pub(crate) fn point_entries(&self, signature: &Signature) -> Vec<OperatingPointEntry> {
-        let entry = |(point, share): (&Point, &f64)| {
+        let entry = |(point, share): (&InformationPoint, &f64)| {
             let inputs = signature.inputs.iter().zip(&point.inputs);
             let outputs = signature.outputs.iter().zip(&point.outputs);
             OperatingPointEntry {
@@ -146,7 +146,7 @@ impl Origins {
     }
 
     /// A line for each parameter.
-    pub(crate) fn push_text(&self, text: &mut String, outcome: &Outcome<'_>) {
+    pub(crate) fn push_text(&self, text: &mut String, outcome: &OutputErrorReport<'_>) {
         // Writing to a string cannot fail.
         let _ = writeln!(
             text,
@@ -207,7 +207,7 @@ impl Origins {
     }
 
     /// The best effect of doubling the samples of one kind, for each parameter.
-    fn push_tests(&self, text: &mut String, outcome: &Outcome<'_>) {
+    fn push_tests(&self, text: &mut String, outcome: &OutputErrorReport<'_>) {
         let mut table = vec![
             [
                 "a test as long again",
@@ -260,7 +260,7 @@ fn kinds(
     system: &dyn Model,
     recordings: &[Recording],
     evaluation: &OutputErrorEvaluation,
-) -> (Vec<Vec<usize>>, Vec<Point>) {
+) -> (Vec<Vec<usize>>, Vec<InformationPoint>) {
     let signature = system.signature();
     let mut kinds: Vec<Vec<usize>> =
         recordings.iter().map(|recording| vec![TRANSIENT; recording.times.len()]).collect();
@@ -294,7 +294,10 @@ fn kinds(
             let (r, (first, last)) = places[stretch];
             kinds[r][first..=last].fill(TRANSIENT + 1 + point);
         }
-        points.push(Point { inputs: means[n_w..].to_vec(), outputs: means[..n_w].to_vec() });
+        points.push(InformationPoint {
+            inputs: means[n_w..].to_vec(),
+            outputs: means[..n_w].to_vec(),
+        });
     }
     (kinds, points)
 }

@@ -13,7 +13,7 @@ use rand_pcg::Pcg64;
 use rand_pcg::rand_core::Rng;
 
 use crate::error::WorkError;
-use crate::fit::report::left_out::LeftOut;
+use crate::fit::report::left_out::IncompleteFit;
 use crate::fit::report::outcome::{digits_of, unit_of};
 use crate::output::quantity::short;
 use crate::output::table::{push_table, significant};
@@ -31,7 +31,7 @@ const PROBABILITY: f64 = 0.95;
 const BETTER: f64 = 0.1;
 
 /// Estimates for which intervals can be computed.
-pub(crate) trait Estimated {
+pub(crate) trait IntervalEstimates {
     /// Signature of the model.
     fn signature(&self) -> &Signature;
 
@@ -152,7 +152,11 @@ impl Intervals {
     }
 
     /// Adds requested intervals that are not complete.
-    pub(crate) fn push_left_out(&self, left_out: &mut LeftOut, name: impl Fn(usize) -> String) {
+    pub(crate) fn push_left_out(
+        &self,
+        left_out: &mut IncompleteFit,
+        name: impl Fn(usize) -> String,
+    ) {
         if let Some(Bootstrap { replicates, failures, left_out: missing @ 1.., .. }) =
             &self.bootstrap
         {
@@ -172,7 +176,7 @@ impl Intervals {
     }
 
     /// The profiles in the result.
-    pub(crate) fn profile_entries(&self, outcome: &dyn Estimated) -> ByName<ProfileEntry> {
+    pub(crate) fn profile_entries(&self, outcome: &dyn IntervalEstimates) -> ByName<ProfileEntry> {
         let profiles = self.profiles.iter();
         profiles
             .map(|profile| (outcome.name(profile.estimate), profile_entry(profile, outcome)))
@@ -180,7 +184,10 @@ impl Intervals {
     }
 
     /// The bootstrap in the result.
-    pub(crate) fn bootstrap_entry(&self, outcome: &dyn Estimated) -> Option<BootstrapResult> {
+    pub(crate) fn bootstrap_entry(
+        &self,
+        outcome: &dyn IntervalEstimates,
+    ) -> Option<BootstrapResult> {
         let resampled = self.bootstrap.as_ref()?;
         let entry = |i: usize| {
             let unit = outcome.unit(i);
@@ -206,7 +213,7 @@ impl Intervals {
     }
 
     /// A table of the intervals, and the reasons for open ends.
-    pub(crate) fn push_text(&self, text: &mut String, outcome: &dyn Estimated) {
+    pub(crate) fn push_text(&self, text: &mut String, outcome: &dyn IntervalEstimates) {
         let shown: Vec<usize> = match &self.bootstrap {
             Some(_) => (0..outcome.estimates().len()).collect(),
             None => self.profiles.iter().map(|profile| profile.estimate).collect(),
@@ -262,7 +269,7 @@ impl Intervals {
         width.or(estimates[i].std).or_else(|| self.bootstrap.as_ref()?.std(i))
     }
 
-    fn push_remarks(&self, text: &mut String, outcome: &dyn Estimated) {
+    fn push_remarks(&self, text: &mut String, outcome: &dyn IntervalEstimates) {
         // Writing to a string cannot fail.
         for profile in &self.profiles {
             let sides = [
@@ -318,7 +325,7 @@ impl Intervals {
     }
 
     /// A figure for each profile, with the name of its estimate.
-    pub(crate) fn figures(&self, outcome: &dyn Estimated) -> Vec<(String, Figure)> {
+    pub(crate) fn figures(&self, outcome: &dyn IntervalEstimates) -> Vec<(String, Figure)> {
         let figure_of = |profile: &Profile| {
             let name = outcome.name(profile.estimate);
             let figure = figure(profile, &name, outcome);
@@ -329,7 +336,7 @@ impl Intervals {
 }
 
 /// Estimates that change along with an open end.
-fn with_others(terms: &[CombinationTerm], outcome: &dyn Estimated) -> String {
+fn with_others(terms: &[CombinationTerm], outcome: &dyn IntervalEstimates) -> String {
     if terms.is_empty() {
         return "no output is far enough off there".to_owned();
     }
@@ -339,7 +346,7 @@ fn with_others(terms: &[CombinationTerm], outcome: &dyn Estimated) -> String {
     format!("{} {verb} up for it", names.join(" and "))
 }
 
-fn profile_entry(profile: &Profile, outcome: &dyn Estimated) -> ProfileEntry {
+fn profile_entry(profile: &Profile, outcome: &dyn IntervalEstimates) -> ProfileEntry {
     let unit: &Unit = outcome.unit(profile.estimate);
     let in_unit = |value: f64| unit.from_si(value);
     let end = |end: ProfileEnd| ProfileEndEntry {
@@ -369,7 +376,7 @@ fn profile_entry(profile: &Profile, outcome: &dyn Estimated) -> ProfileEntry {
 }
 
 /// Deviance over the estimate, with the threshold.
-fn figure(profile: &Profile, name: &str, outcome: &dyn Estimated) -> Figure {
+fn figure(profile: &Profile, name: &str, outcome: &dyn IntervalEstimates) -> Figure {
     let unit = outcome.unit(profile.estimate);
     let x: Vec<f64> = profile.values.iter().map(|value| unit.from_si(*value)).collect();
     let ends = [x.first().copied().unwrap_or(0.0), x.last().copied().unwrap_or(0.0)];

@@ -6,12 +6,12 @@ use std::path::Path;
 use dgd_data::files::journal::RunJournal;
 use dgd_identify::Termination;
 
-use crate::error::Ended;
+use crate::error::TaskEnd;
 use crate::result::fit::FitStatus;
 
 /// The missing parts, as sentences; empty for a fit that converged.
 #[derive(Debug, Default)]
-pub(crate) struct LeftOut {
+pub(crate) struct IncompleteFit {
     words: Vec<String>,
     unconverged: Option<Unconverged>,
 }
@@ -24,9 +24,12 @@ struct Unconverged {
     goes_on: bool,
 }
 
-impl LeftOut {
+impl IncompleteFit {
     /// For a search with this termination; `reason` explains why it did not converge, unless it was cancelled.
-    pub(crate) fn of(termination: Termination, reason: impl FnOnce() -> String) -> Self {
+    pub(crate) fn from_termination(
+        termination: Termination,
+        reason: impl FnOnce() -> String,
+    ) -> Self {
         if termination == Termination::Stopped {
             return Self::stopped();
         }
@@ -78,9 +81,9 @@ impl LeftOut {
     }
 
     /// The outcome of a fit; `written` is the folder of its result. The journal stays for a resumed run.
-    pub(crate) fn ended(&self, journal: Option<&RunJournal>, written: Option<&Path>) -> Ended {
+    pub(crate) fn ended(&self, journal: Option<&RunJournal>, written: Option<&Path>) -> TaskEnd {
         if self.words.is_empty() {
-            return Ended::Done;
+            return TaskEnd::Done;
         }
         let written = match written {
             Some(folder) => format!("; what there is, is in {}", folder.display()),
@@ -93,13 +96,13 @@ impl LeftOut {
                 words +=
                     "; the same command with `--resume` and more `--evaluations` goes on from here";
             }
-            return Ended::Stopped(words);
+            return TaskEnd::Stopped(words);
         }
         let mut words = format!("stopped by Ctrl-C{written}");
         if let Some(journal) = journal {
             journal.leave();
             words += "; the same command with `--resume` goes on from here";
         }
-        Ended::Interrupted(words)
+        TaskEnd::Interrupted(words)
     }
 }

@@ -9,13 +9,13 @@ use dgd_identify::{
 use dgd_runtime::{Signature, Unit};
 use dgd_screen::distribution::chi_square_tail;
 
-use super::quality::{Quality, RARE};
+use super::quality::{FitQuality, RARE};
 use crate::output::quantity::short;
 use crate::result::fit::{ModelErrorEntry, RecordingPartEntry};
 
 /// The spread of estimates over parts of the recordings, if the residuals show a model error.
 #[derive(Debug, Default)]
-pub(crate) struct LeftOver {
+pub(crate) struct ModelErrorSpread {
     /// Outputs whose residuals are autocorrelated.
     coloured: Vec<String>,
     /// Whether residuals exceed the declared noise.
@@ -23,12 +23,12 @@ pub(crate) struct LeftOver {
     spread: Option<Jackknife>,
 }
 
-impl LeftOver {
+impl ModelErrorSpread {
     /// For a fit; parts are compared only if it has `ended` in a known minimum.
     pub(crate) fn find(
         problem: &OutputErrorProblem<'_>,
         fit: &Fit,
-        quality: &Quality,
+        quality: &FitQuality,
         ended: bool,
     ) -> Result<Self, EstimateError> {
         let signature = problem.system.signature();

@@ -7,9 +7,9 @@ use dgd_identify::{ModeDeparture, NonlinearModel, OutputErrorEvaluation, Recordi
 use dgd_runtime::Signature;
 use dgd_runtime::linearize::OperatingPoint;
 
-use crate::fit::report::outcome::{Outcome, rms_of};
-use crate::fit::report::quality::Quality;
-use crate::fit::report::standard::Standard;
+use crate::fit::report::outcome::{OutputErrorReport, rms_of};
+use crate::fit::report::quality::FitQuality;
+use crate::fit::report::standard::NoiseStandard;
 use crate::linearize::modes;
 use crate::output::table::{push_table, significant};
 use crate::request::LinearizeAt;
@@ -22,22 +22,22 @@ use crate::result::fit::{
 const DIGITS: usize = 6;
 
 /// The operating points of the linear models, and the nonlinear model with their estimates.
-pub(crate) struct Linearised {
+pub(crate) struct LinearisedReport {
     place: LinearizeAt,
     /// By recording; `None` for a recording without samples.
     points: Vec<Option<OperatingPoint>>,
-    model: Result<Model, String>,
+    model: Result<NonlinearReport, String>,
 }
 
 /// The nonlinear model with the estimates of its linear one.
-struct Model {
+struct NonlinearReport {
     evaluation: OutputErrorEvaluation,
-    quality: Quality,
+    quality: FitQuality,
     /// Root-mean-square difference from the linear model by output, SI; `None` without samples.
     differences: Vec<Option<f64>>,
 }
 
-impl Linearised {
+impl LinearisedReport {
     /// From the recordings, their linear simulations, and those of the nonlinear model, or the reason why there is
     /// none.
     pub(crate) fn new(
@@ -46,11 +46,11 @@ impl Linearised {
         points: Vec<Option<OperatingPoint>>,
         recordings: &[Recording],
         linear: &OutputErrorEvaluation,
-        standard: Standard<'_>,
+        standard: NoiseStandard<'_>,
         model: Result<NonlinearModel, String>,
     ) -> Self {
-        let model = model.map(|NonlinearModel { evaluation, .. }| Model {
-            quality: Quality::of(signature, recordings, &evaluation, standard),
+        let model = model.map(|NonlinearModel { evaluation, .. }| NonlinearReport {
+            quality: FitQuality::evaluate(signature, recordings, &evaluation, standard),
             differences: (0..signature.outputs.len())
                 .map(|i| difference(recordings, linear, &evaluation, i))
                 .collect(),
@@ -60,11 +60,12 @@ impl Linearised {
     }
 
     /// The section of the result.
-    pub(crate) fn entry(&self, outcome: &Outcome<'_>) -> LinearisedResult {
+    pub(crate) fn entry(&self, outcome: &OutputErrorReport<'_>) -> LinearisedResult {
         let signature = outcome.signature;
-        let entries = |all: Vec<Quantity>| -> ByName<ValueEntry> {
-            let entry =
-                |Quantity { name, value, unit }| (name, ValueEntry { value: Some(value), unit });
+        let entries = |all: Vec<DeclaredQuantity>| -> ByName<ValueEntry> {
+            let entry = |DeclaredQuantity { name, value, unit }| {
+                (name, ValueEntry { value: Some(value), unit })
+            };
             all.into_iter().map(entry).collect()
         };
         let point = |(path, point): (&std::path::PathBuf, &Option<OperatingPoint>)| {
@@ -107,7 +108,7 @@ impl Linearised {
     }
 
     /// Operating points, the comparison with the nonlinear model, and the conclusion.
-    pub(crate) fn push_text(&self, text: &mut String, outcome: &Outcome<'_>) {
+    pub(crate) fn push_text(&self, text: &mut String, outcome: &OutputErrorReport<'_>) {
         let signature = outcome.signature;
         // Writing to a string cannot fail.
         let _ = match self.place {
@@ -132,7 +133,7 @@ impl Linearised {
         heads.extend(points.iter().map(|(name, _)| (*name).clone()));
         heads.push("unit".to_owned());
         let mut table = vec![heads];
-        let columns: Vec<Vec<Quantity>> = points
+        let columns: Vec<Vec<DeclaredQuantity>> = points
             .iter()
             .map(|(_, point)| {
                 inputs(signature, point).into_iter().chain(unknowns(signature, point)).collect()
@@ -166,8 +167,8 @@ impl Linearised {
     }
 }
 
-impl Model {
-    fn push_text(&self, text: &mut String, outcome: &Outcome<'_>) {
+impl NonlinearReport {
+    fn push_text(&self, text: &mut String, outcome: &OutputErrorReport<'_>) {
         let heads =
             ["output", "rms linear", "rms model", "apart", "unit", "fit linear %", "fit model %"];
         let mut table = vec![heads.map(str::to_owned)];
@@ -218,15 +219,15 @@ pub(crate) fn other_mode(path: &Path, departure: &ModeDeparture) -> String {
 }
 
 /// A value in its declared unit.
-struct Quantity {
+struct DeclaredQuantity {
     name: String,
     value: f64,
     unit: String,
 }
 
-fn inputs(signature: &Signature, point: &OperatingPoint) -> Vec<Quantity> {
+fn inputs(signature: &Signature, point: &OperatingPoint) -> Vec<DeclaredQuantity> {
     let inputs = signature.inputs.iter().zip(&point.u);
-    let quantity = |(input, value): (&dgd_runtime::Input, &f64)| Quantity {
+    let quantity = |(input, value): (&dgd_runtime::Input, &f64)| DeclaredQuantity {
         name: input.name.to_string(),
         value: input.unit.from_si(*value),
         unit: input.unit.symbol.to_string(),
@@ -234,10 +235,10 @@ fn inputs(signature: &Signature, point: &OperatingPoint) -> Vec<Quantity> {
     inputs.map(quantity).collect()
 }
 
-fn unknowns(signature: &Signature, point: &OperatingPoint) -> Vec<Quantity> {
+fn unknowns(signature: &Signature, point: &OperatingPoint) -> Vec<DeclaredQuantity> {
     let quantity = |(i, value): (usize, &f64)| {
         let unit = signature.unknowns.unit(i);
-        Quantity {
+        DeclaredQuantity {
             name: signature.unknowns.name(i).into_owned(),
             value: unit.from_si(*value),
             unit: unit.symbol.to_string(),

@@ -11,21 +11,21 @@ use dgd_identify::{
 use dgd_runtime::{Direction, Output, PerSampleChoice, Signature, Unit};
 
 use crate::fit::multi_start::Minima;
-use crate::fit::report::excess::Excess;
+use crate::fit::report::excess::ResidualExcess;
 use crate::fit::report::few_samples::FewSamples;
-use crate::fit::report::information::Origins;
-use crate::fit::report::intervals::{Estimated, Intervals};
-use crate::fit::report::left_out::LeftOut;
-use crate::fit::report::left_over::LeftOver;
-use crate::fit::report::linearised::Linearised;
-use crate::fit::report::quality::Quality;
+use crate::fit::report::information::InformationSources;
+use crate::fit::report::intervals::{IntervalEstimates, Intervals};
+use crate::fit::report::left_out::IncompleteFit;
+use crate::fit::report::left_over::ModelErrorSpread;
+use crate::fit::report::linearised::LinearisedReport;
+use crate::fit::report::quality::FitQuality;
 use crate::fit::report::runaway;
 use crate::output::provenance::Provenance;
 use crate::output::quantity::short;
 use crate::output::table::{push_table, significant};
 use crate::result::ByName;
 use crate::result::fit::{
-    BoundEntry, EstimateEntry, FitResult, NoiseEntry, OutputEntry, QualityPair, RecordingValues,
+    BoundEntry, EstimateEntry, FitDocument, NoiseEntry, OutputEntry, QualityPair, RecordingValues,
     SimulationDetails, SteppingEntry, ValueEntry,
 };
 
@@ -33,7 +33,7 @@ use crate::result::fit::{
 pub(crate) const CORRELATED: f64 = 0.95;
 
 /// A fit and its quality.
-pub(crate) struct Outcome<'a> {
+pub(crate) struct OutputErrorReport<'a> {
     pub signature: &'a Signature,
     pub variants: &'a [Variant],
     pub fit: &'a Fit,
@@ -41,32 +41,32 @@ pub(crate) struct Outcome<'a> {
     /// Names of the recordings.
     pub recording_names: Vec<String>,
     pub train: OutputErrorEvaluation,
-    pub valid: Option<Tested>,
+    pub valid: Option<ValidationResult>,
     /// The training recordings.
     pub recordings: &'a [Recording],
-    pub information: Option<Origins>,
+    pub information: Option<InformationSources>,
     pub intervals: Intervals,
     /// Reasons to doubt that the recordings can answer.
     pub reservations: Vec<String>,
     /// The outcomes of several starting points.
     pub minima: Option<Minima>,
     /// The parts left out because of Ctrl-C.
-    pub left_out: &'a LeftOut,
+    pub left_out: &'a IncompleteFit,
     /// Outputs whose noise could not be estimated.
     pub few: &'a FewSamples,
     /// Model error in the residuals of the training recordings, and the bias it may have caused.
-    pub left_over: LeftOver,
-    pub quality: Quality,
+    pub left_over: ModelErrorSpread,
+    pub quality: FitQuality,
     /// Size of residuals relative to the declared noise, by output.
-    pub excess: Vec<Option<Excess>>,
+    pub excess: Vec<Option<ResidualExcess>>,
     /// On validation recordings.
-    pub quality_valid: Option<Quality>,
+    pub quality_valid: Option<FitQuality>,
     /// The operating points of the linear models, if those were fitted.
-    pub linearised: Option<Linearised>,
+    pub linearised: Option<LinearisedReport>,
 }
 
 /// Validation recordings.
-pub(crate) struct Tested {
+pub(crate) struct ValidationResult {
     pub paths: Vec<PathBuf>,
     /// Recordings, with the time from which their samples count.
     pub recordings: Vec<Recording>,
@@ -74,7 +74,7 @@ pub(crate) struct Tested {
     pub evaluation: OutputErrorEvaluation,
 }
 
-impl Tested {
+impl ValidationResult {
     /// The time from which readings of each recording count, s; null if all count.
     pub(crate) fn counts_from(&self) -> Vec<Option<f64>> {
         let from = self.recordings.iter().map(|recording| recording.counts_from);
@@ -103,9 +103,9 @@ pub(crate) fn ended(termination: Termination) -> &'static str {
     }
 }
 
-impl Outcome<'_> {
+impl OutputErrorReport<'_> {
     /// For programs.
-    pub(crate) fn result(&self, provenance: Provenance) -> FitResult {
+    pub(crate) fn result(&self, provenance: Provenance) -> FitDocument {
         let fit = self.fit;
         let parameters = || self.parameters();
         let names = parameters().map(|i| fit.estimates[i].name.clone());
@@ -116,7 +116,7 @@ impl Outcome<'_> {
             RecordingValues { data: path.display().to_string(), values }
         });
         let information = self.information.as_ref();
-        FitResult {
+        FitDocument {
             model: self.signature.name.to_string(),
             estimator: self.linearised.as_ref().map(|_| "linearised".to_owned()),
             variants: Some(variant_entries(self.variants)),
@@ -125,7 +125,7 @@ impl Outcome<'_> {
             outputs: self.outputs().map(|(i, output)| self.output_entry(i, output)).collect(),
             starts: Some(starts.collect()),
             starts_valid: Some(self.starts_valid()),
-            counts_from: self.valid.as_ref().map(Tested::counts_from),
+            counts_from: self.valid.as_ref().map(ValidationResult::counts_from),
             rows: None,
             process_noise_in_a_minute: None,
             names: Some(names.collect()),
@@ -191,7 +191,7 @@ impl Outcome<'_> {
             unit: output.unit.symbol.to_string(),
             fitted: Some(self.fit.noise[i].is_some()),
             noise: errors.noise.map(NoiseEntry::Std),
-            over_declared_noise: self.excess[i].map(Excess::entry),
+            over_declared_noise: self.excess[i].map(ResidualExcess::entry),
             light_samples: Some(self.fit.light_samples[i]),
             rms_train: errors.train,
             rms_valid: errors.valid,
@@ -428,7 +428,7 @@ pub(crate) fn entry(
     (name, entry)
 }
 
-impl Estimated for Outcome<'_> {
+impl IntervalEstimates for OutputErrorReport<'_> {
     fn signature(&self) -> &Signature {
         self.signature
     }

@@ -14,7 +14,7 @@ use dgd_identify::{OutputErrorEvaluation, Recording};
 use dgd_runtime::{LimitSide, Signature, Unit};
 use dgd_screen::residuals::{CrossCorrelation, Portmanteau, cross_correlation, portmanteau};
 
-use super::standard::Standard;
+use super::standard::NoiseStandard;
 use crate::output::quantity::short;
 use crate::result::fit::{InputTestEntry, QualityEntry, WhitenessEntry};
 
@@ -25,7 +25,7 @@ const LAGS: usize = 25;
 pub(crate) const RARE: f64 = 0.01;
 
 /// Quality of all outputs on one set of recordings.
-pub(crate) struct Quality {
+pub(crate) struct FitQuality {
     outputs: Vec<Option<OutputQuality>>,
     /// Number of input tests made.
     input_tests: usize,
@@ -45,13 +45,13 @@ struct OutputQuality {
     spacing: f64,
 }
 
-impl Quality {
+impl FitQuality {
     /// From an evaluation of these recordings, with the noise of a fit.
-    pub(crate) fn of(
+    pub(crate) fn evaluate(
         signature: &Signature,
         recordings: &[Recording],
         evaluation: &OutputErrorEvaluation,
-        standard: Standard<'_>,
+        standard: NoiseStandard<'_>,
     ) -> Self {
         let inputs: Vec<Vec<Vec<f64>>> =
             recordings.iter().map(|recording| input_values(signature, recording)).collect();
@@ -138,7 +138,7 @@ impl OutputQuality {
     }
 
     /// The input with the most significant correlation, if any, and the lag, s.
-    fn worst_input(&self, all: &Quality) -> Option<(usize, &CrossCorrelation, f64)> {
+    fn worst_input(&self, all: &FitQuality) -> Option<(usize, &CrossCorrelation, f64)> {
         let tests =
             self.inputs.iter().enumerate().filter_map(|(i, test)| Some((i, test.as_ref()?)));
         let excess = |test: &CrossCorrelation| test.correlation[test.lag].abs() / test.limit;
@@ -178,7 +178,7 @@ fn output_quality(
     inputs: &[Vec<Vec<f64>>],
     output: usize,
     unit: &Unit,
-    standard: Standard<'_>,
+    standard: NoiseStandard<'_>,
 ) -> Option<OutputQuality> {
     // Σe², Σe, and e over σ for the tests.
     let (mut squares, mut sum) = (0.0, 0.0);
@@ -194,7 +194,7 @@ fn output_quality(
                 let in_unit = (y - w[output]) / unit.factor;
                 squares += in_unit * in_unit;
                 sum += in_unit;
-                let standardised = standard.of(recording, output, k, w);
+                let standardised = standard.standardise(recording, output, k, w);
                 e.push(standardised.map_or(in_unit, |standardised| standardised.tested));
             } else {
                 e.push(f64::NAN);

@@ -12,20 +12,20 @@ use dgd_plot::{Figure, MathText, SeriesMeaning};
 use dgd_runtime::Signature;
 
 use crate::fit::report::few_samples::FewSamples;
-use crate::fit::report::intervals::{Estimated, Intervals};
-use crate::fit::report::left_out::LeftOut;
+use crate::fit::report::intervals::{IntervalEstimates, Intervals};
+use crate::fit::report::left_out::IncompleteFit;
 use crate::fit::report::outcome::{
-    CORRELATED, Tested, digits_of, entry, fixed_entries, push_combinations, push_correlated,
-    rms_of, variant_entries,
+    CORRELATED, ValidationResult, digits_of, entry, fixed_entries, push_combinations,
+    push_correlated, rms_of, variant_entries,
 };
-use crate::output::figure::{Line, Subject, beside, differences as differences_panel};
+use crate::output::figure::{PanelLine, PanelSubject, beside, differences as differences_panel};
 use crate::output::provenance::Provenance;
 use crate::output::quantity::short;
 use crate::output::table::{push_table, significant};
 use crate::request::Estimator;
 use crate::result::fit::{
-    EstimateEntry, FitResult, OutputEntry, RecursiveResult, RegressionDetails, RegressionEstimate,
-    RegressionRow, SamplesLeftOut,
+    EstimateEntry, FitDocument, OutputEntry, RecursiveResult, RegressionDetails,
+    RegressionEstimate, RegressionRow, SamplesLeftOut,
 };
 use crate::run::recording;
 
@@ -38,16 +38,16 @@ pub(crate) struct RegressionOutcome<'a> {
     /// Estimates over time, of the recursive estimator.
     pub followed: Option<&'a ParameterPath>,
     /// The simulated recordings, or the reason why they cannot be simulated.
-    pub train: Option<Result<Tested, String>>,
-    pub valid: Option<Result<Tested, String>>,
+    pub train: Option<Result<ValidationResult, String>>,
+    pub valid: Option<Result<ValidationResult, String>>,
     pub intervals: Intervals,
     /// The parts left out because of Ctrl-C.
-    pub left_out: &'a LeftOut,
+    pub left_out: &'a IncompleteFit,
     /// Outputs whose noise could not be estimated.
     pub few: &'a FewSamples,
 }
 
-impl Estimated for RegressionOutcome<'_> {
+impl IntervalEstimates for RegressionOutcome<'_> {
     fn signature(&self) -> &Signature {
         self.signature
     }
@@ -63,7 +63,7 @@ impl Estimated for RegressionOutcome<'_> {
 
 impl RegressionOutcome<'_> {
     /// For programs.
-    pub(crate) fn result(&self, provenance: Provenance) -> FitResult {
+    pub(crate) fn result(&self, provenance: Provenance) -> FitDocument {
         let Self { signature, fit, .. } = self;
         let parameter = |(j, estimate): (usize, &ParameterEstimate)| {
             let (name, entry) = entry(signature, estimate);
@@ -87,7 +87,7 @@ impl RegressionOutcome<'_> {
         let factor = |j: usize| self.unit(j).factor;
         let covariance = |i, j| Some(fit.covariance(i, j)? / factor(i) / factor(j));
         let valid = self.valid.as_ref().and_then(|valid| valid.as_ref().ok());
-        FitResult {
+        FitDocument {
             model: signature.name.to_string(),
             estimator: Some(self.estimator.name().to_owned()),
             variants: Some(variant_entries(self.variants)),
@@ -96,7 +96,7 @@ impl RegressionOutcome<'_> {
             outputs: signature.outputs.iter().enumerate().map(output).collect(),
             starts: None,
             starts_valid: None,
-            counts_from: valid.map(Tested::counts_from),
+            counts_from: valid.map(ValidationResult::counts_from),
             rows: Some(fit.rows.iter().map(|row| self.row_entry(row)).collect()),
             process_noise_in_a_minute: None,
             names: Some(fit.estimates.iter().map(|estimate| estimate.name.clone()).collect()),
@@ -207,7 +207,7 @@ impl RegressionOutcome<'_> {
         }
     }
 
-    fn rms(&self, of: Option<&Result<Tested, String>>, output: usize) -> Option<f64> {
+    fn rms(&self, of: Option<&Result<ValidationResult, String>>, output: usize) -> Option<f64> {
         let Some(Ok(tested)) = of else { return None };
         rms_of(&tested.evaluation, output, &self.signature.outputs[output].unit)
     }
@@ -226,7 +226,7 @@ impl RegressionOutcome<'_> {
             };
             let in_unit =
                 |values: &[f64]| values.iter().map(|value| (value - offset) / factor).collect();
-            let line = |name: &str, values: &[f64], meaning| Line {
+            let line = |name: &str, values: &[f64], meaning| PanelLine {
                 name: MathText::plain(name),
                 times: trace.times.clone(),
                 values: in_unit(values),
@@ -253,7 +253,7 @@ impl RegressionOutcome<'_> {
                 difference.collect(),
                 &std,
             ));
-            subjects.push(Subject {
+            subjects.push(PanelSubject {
                 title: title(""),
                 unit,
                 lines: vec![

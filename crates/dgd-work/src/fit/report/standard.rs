@@ -14,7 +14,7 @@ use dgd_screen::distribution::normal_of_student;
 
 /// A residual over its standard deviation.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Standardised {
+pub(crate) struct StandardisedResidual {
     /// z.
     pub residual: f64,
     /// The same with the weight of the fit's loss, so that outliers do not dominate tests.
@@ -23,22 +23,22 @@ pub(crate) struct Standardised {
     pub deviance: Option<f64>,
 }
 
-impl Standardised {
+impl StandardisedResidual {
     /// For a sample that does not count.
     pub(crate) fn missing(changes: bool) -> Self {
         let deviance = changes.then_some(f64::NAN);
-        Standardised { residual: f64::NAN, tested: f64::NAN, deviance }
+        StandardisedResidual { residual: f64::NAN, tested: f64::NAN, deviance }
     }
 }
 
 /// The noise used and estimated by a fit.
 #[derive(Clone, Copy)]
-pub(crate) struct Standard<'a> {
+pub(crate) struct NoiseStandard<'a> {
     pub noise: &'a [Option<NoiseSource>],
     pub fit: &'a Fit,
 }
 
-impl Standard<'_> {
+impl NoiseStandard<'_> {
     /// Whether the readings of an output have standard deviations of their own.
     pub(crate) fn changes(&self, output: usize) -> bool {
         self.noise[output].is_some_and(NoiseSource::is_likelihood)
@@ -46,13 +46,13 @@ impl Standard<'_> {
 
     /// The residual of sample k of an output for the model outputs `w`; `None` if the output is not fitted and its
     /// noise therefore unknown.
-    pub(crate) fn of(
+    pub(crate) fn standardise(
         &self,
         recording: &Recording,
         output: usize,
         k: usize,
         w: &[f64],
-    ) -> Option<Standardised> {
+    ) -> Option<StandardisedResidual> {
         let (noise, sigma) = (self.noise[output]?, self.fit.noise[output]?);
         if let Some(JudgedReading { residual, distribution, deviance }) =
             noise.judge(recording, output, k, w)
@@ -61,11 +61,11 @@ impl Standard<'_> {
                 Distribution::Normal | Distribution::LogNormal => residual,
                 Distribution::Student { freedom } => normal_of_student(residual, freedom),
             };
-            return Some(Standardised { residual: z, tested: z, deviance: Some(deviance) });
+            return Some(StandardisedResidual { residual: z, tested: z, deviance: Some(deviance) });
         }
         let error = recording.measured[output].as_ref()?[k] - w[output];
         let z = error / sigma;
-        Some(Standardised {
+        Some(StandardisedResidual {
             residual: z,
             tested: self.fit.weight(output, error) * z,
             deviance: None,

@@ -24,12 +24,12 @@ use dgd_identify::Total as Count;
 use dgd_runtime::{Direction, Observations, Options, Signature, Solution};
 
 use crate::error::WorkError;
-use crate::run::Run;
-use crate::session::Session;
-use extrapolate::{Difference, Quotient, extrapolated};
-use moved::{Moved, moved};
-pub use report::Report;
-use report::{Row, Worst};
+use crate::run::ModelRun;
+use crate::session::TaskContext;
+use extrapolate::{DifferenceDerivative, DifferenceQuotient, extrapolated};
+use moved::{MovedRuns, moved};
+pub use report::VerificationReport;
+use report::{VerificationRow, WorstDisagreement};
 
 /// Most units of deviation: tolerances apply to a single step, and the global error stays within a hundred of them.
 const ALLOWED: f64 = 100.0;
@@ -42,55 +42,57 @@ const TIGHT: f64 = 1e-10;
 
 /// Something that has sensitivities: an unknown or an output, by index.
 #[derive(Debug, Clone, Copy)]
-pub(crate) enum Of {
+pub(crate) enum VerifiedQuantity {
     Unknown(usize),
     Output(usize),
 }
 
 /// A solution and the outputs along it.
 #[derive(Clone)]
-pub(super) struct Trajectory {
+pub(super) struct VerifiedTrajectory {
     pub(super) solution: Solution,
     pub(super) observations: Observations,
 }
 
-impl Of {
+impl VerifiedQuantity {
     /// All unknowns, and the outputs that are not unknowns in another unit.
-    pub(crate) fn all(signature: &Signature) -> Vec<Of> {
+    pub(crate) fn all(signature: &Signature) -> Vec<VerifiedQuantity> {
         let is_unknown = |name: &str| signature.unknowns.iter().any(|x| x.name == name);
         let outputs = signature.outputs.iter().enumerate();
         let outputs = outputs.filter(|(_, x)| !is_unknown(&x.name) || x.delay.is_some());
-        let outputs = outputs.map(|(i, _)| Of::Output(i));
-        (0..signature.unknowns.len()).map(Of::Unknown).chain(outputs).collect()
+        let outputs = outputs.map(|(i, _)| VerifiedQuantity::Output(i));
+        (0..signature.unknowns.len()).map(VerifiedQuantity::Unknown).chain(outputs).collect()
     }
 
     fn name(self, signature: &Signature) -> String {
         match self {
-            Of::Unknown(i) => signature.unknowns.name(i).to_string(),
-            Of::Output(i) => signature.outputs[i].name.to_string(),
+            VerifiedQuantity::Unknown(i) => signature.unknowns.name(i).to_string(),
+            VerifiedQuantity::Output(i) => signature.outputs[i].name.to_string(),
         }
     }
 
-    fn value(self, of: &Trajectory, k: usize) -> f64 {
+    fn value(self, of: &VerifiedTrajectory, k: usize) -> f64 {
         match self {
-            Of::Unknown(i) => of.solution.y(k)[i],
-            Of::Output(i) => of.observations.w(k)[i],
+            VerifiedQuantity::Unknown(i) => of.solution.y(k)[i],
+            VerifiedQuantity::Output(i) => of.observations.w(k)[i],
         }
     }
 
-    fn derivative(self, of: &Trajectory, j: usize, k: usize) -> f64 {
+    fn derivative(self, of: &VerifiedTrajectory, j: usize, k: usize) -> f64 {
         let (solution, observations) = (&of.solution, &of.observations);
         match self {
-            Of::Unknown(i) => solution.s(k)[j * solution.n + i],
-            Of::Output(i) => observations.dw(k)[j * observations.n_w + i],
+            VerifiedQuantity::Unknown(i) => solution.s(k)[j * solution.n + i],
+            VerifiedQuantity::Output(i) => observations.dw(k)[j * observations.n_w + i],
         }
     }
 
     /// Its nominal size, for quantities that are zero throughout.
-    fn size(self, signature: &Signature, of: &Trajectory) -> f64 {
+    fn size(self, signature: &Signature, of: &VerifiedTrajectory) -> f64 {
         let (declared, unit) = match self {
-            Of::Unknown(i) => (signature.unknowns.nominal(i), signature.unknowns.unit(i)),
-            Of::Output(i) => (None, &signature.outputs[i].unit),
+            VerifiedQuantity::Unknown(i) => {
+                (signature.unknowns.nominal(i), signature.unknowns.unit(i))
+            }
+            VerifiedQuantity::Output(i) => (None, &signature.outputs[i].unit),
         };
         let largest =
             || (0..of.solution.len()).fold(0.0, |m: f64, k| m.max(self.value(of, k).abs()));
@@ -99,7 +101,7 @@ impl Of {
     }
 
     /// Its range over the run, and at least the resolution that follows from its size.
-    fn range(self, run: &Run, of: &Trajectory) -> f64 {
+    fn range(self, run: &ModelRun, of: &VerifiedTrajectory) -> f64 {
         let values = || (0..of.solution.len()).map(|k| self.value(of, k));
         let most = values().fold(f64::NEG_INFINITY, f64::max);
         let least = values().fold(f64::INFINITY, f64::min);
@@ -110,16 +112,17 @@ impl Of {
 
 /// Compares the sensitivities of a run with differences.
 pub(crate) fn against_differences(
-    run: &Run,
+    run: &ModelRun,
     solution: &Solution,
     observations: &Observations,
-    all: &[Of],
-    session: Session<'_>,
-) -> Result<Report, WorkError> {
+    all: &[VerifiedQuantity],
+    session: TaskContext<'_>,
+) -> Result<VerificationReport, WorkError> {
     let signature = run.signature();
     let watched = run.options.watched;
     let options = Options { rtol: TIGHT, atol: TIGHT, watched, ..Options::default() };
-    let unmoved = Trajectory { solution: solution.clone(), observations: observations.clone() };
+    let unmoved =
+        VerifiedTrajectory { solution: solution.clone(), observations: observations.clone() };
     let mut rows = Vec::new();
     for (j, direction) in signature.directions.iter().enumerate() {
         let size = direction_size(run, &unmoved, j, *direction);
@@ -133,12 +136,17 @@ pub(crate) fn against_differences(
             rows.push(compare(run, &unmoved, &moved, *count, j, size));
         }
     }
-    Ok(Report { rows, allowed: ALLOWED })
+    Ok(VerificationReport { rows, allowed: ALLOWED })
 }
 
 /// Size of the j-th parameter or initial value; for one that is zero without a declared size, the change that moves
 /// some quantity by its own size.
-fn direction_size(run: &Run, given: &Trajectory, j: usize, direction: Direction) -> f64 {
+fn direction_size(
+    run: &ModelRun,
+    given: &VerifiedTrajectory,
+    j: usize,
+    direction: Direction,
+) -> f64 {
     let signature = run.signature();
     let (value, nominal) = match direction {
         Direction::Parameter(i) => (run.p[i], signature.parameters[i].nominal),
@@ -148,7 +156,7 @@ fn direction_size(run: &Run, given: &Trajectory, j: usize, direction: Direction)
     if size != 0.0 {
         return size.abs();
     }
-    let sizes = Of::all(signature).into_iter().map(|of| {
+    let sizes = VerifiedQuantity::all(signature).into_iter().map(|of| {
         let slope = |k| of.derivative(given, j, k).abs();
         of.size(signature, given) / (0..given.solution.len()).map(slope).fold(0.0, f64::max)
     });
@@ -157,11 +165,18 @@ fn direction_size(run: &Run, given: &Trajectory, j: usize, direction: Direction)
 }
 
 /// Compares the sensitivity of one quantity to one parameter at all times.
-fn compare(run: &Run, given: &Trajectory, moved: &Moved, of: Of, j: usize, size: f64) -> Row {
+fn compare(
+    run: &ModelRun,
+    given: &VerifiedTrajectory,
+    moved: &MovedRuns,
+    of: VerifiedQuantity,
+    j: usize,
+    size: f64,
+) -> VerificationRow {
     let signature = run.signature();
     let times = &given.solution.times;
     let noise = TIGHT * of.size(signature, given);
-    let pairs: Vec<(f64, Option<Difference>)> = (0..times.len())
+    let pairs: Vec<(f64, Option<DifferenceDerivative>)> = (0..times.len())
         .map(|k| {
             let quotients = moved.quotients(k, noise, |trajectory| of.value(trajectory, k));
             (of.derivative(given, j, k), extrapolated(&quotients, moved.order))
@@ -175,7 +190,7 @@ fn compare(run: &Run, given: &Trajectory, moved: &Moved, of: Of, j: usize, size:
     let tolerance = (run.options.rtol + run.options.atol) * scale;
     let usual = median(pairs.iter().filter_map(|(_, difference)| Some(difference.as_ref()?.error)));
 
-    let mut row = Row {
+    let mut row = VerificationRow {
         of: of.name(signature),
         to: signature.direction_name(j).into_owned(),
         scale,
@@ -193,7 +208,7 @@ fn compare(run: &Run, given: &Trajectory, moved: &Moved, of: Of, j: usize, size:
             row.undefined += 1;
             continue;
         }
-        let Some(Difference { value, error }) = difference else {
+        let Some(DifferenceDerivative { value, error }) = difference else {
             row.passed += 1;
             continue;
         };
@@ -216,19 +231,24 @@ fn compare(run: &Run, given: &Trajectory, moved: &Moved, of: Of, j: usize, size:
         row.compared += 1;
         row.uncertainty = row.uncertainty.max(error);
         if row.worst.as_ref().is_none_or(|worst| ratio > worst.ratio || ratio.is_nan()) {
-            row.worst = Some(Worst { ratio, apart, at: times[k] });
+            row.worst = Some(WorstDisagreement { ratio, apart, at: times[k] });
         }
     }
     row
 }
 
 /// Whether the two sides of a kink have differences of their own, and the sensitivity matches one of them.
-fn is_one_side(s: f64, sides: &[Vec<Quotient>; 2], tolerance: f64, uncertain: f64) -> bool {
+fn is_one_side(
+    s: f64,
+    sides: &[Vec<DifferenceQuotient>; 2],
+    tolerance: f64,
+    uncertain: f64,
+) -> bool {
     let [Some(lower), Some(higher)] = sides.each_ref().map(|side| extrapolated(side, 1)) else {
         return false;
     };
     let is_kink = (higher.value - lower.value).abs() > higher.error + lower.error;
-    let is_of = |side: Difference| {
+    let is_of = |side: DifferenceDerivative| {
         side.error <= uncertain + tolerance
             && (s - side.value).abs() <= ALLOWED * tolerance.max(side.error)
     };
@@ -247,11 +267,11 @@ mod tests {
     use super::*;
 
     /// Quotients on both sides of a function at 0.
-    fn sides(f: impl Fn(f64) -> f64) -> [Vec<Quotient>; 2] {
+    fn sides(f: impl Fn(f64) -> f64) -> [Vec<DifferenceQuotient>; 2] {
         [-1.0, 1.0].map(|sign| {
             let quotient = |k: i32| {
                 let h = sign * 0.1 * 0.5f64.powi(k);
-                Quotient { value: (f(h) - f(0.0)) / h, noise: 1e-12 }
+                DifferenceQuotient { value: (f(h) - f(0.0)) / h, noise: 1e-12 }
             };
             (0..4).map(quotient).collect()
         })

@@ -2,37 +2,37 @@
 
 use dgd_runtime::{Direction, Failure, Interpolation, Options, Problem, observe, simulate};
 
-use super::Trajectory;
-use super::extrapolate::Quotient;
+use super::VerifiedTrajectory;
+use super::extrapolate::DifferenceQuotient;
 use crate::error::WorkError;
-use crate::run::Run;
+use crate::run::ModelRun;
 
 /// The largest change, as a fraction of the parameter's size, halved three times: with relative errors of 1e-10 in the
 /// runs, the differences are accurate to about 1e-7 of the quantity.
 const CHANGE: f64 = 4e-3;
 
 /// Runs at decreasing changes.
-pub(super) struct Moved {
+pub(super) struct MovedRuns {
     /// Largest change first.
-    rungs: Vec<Rung>,
+    rungs: Vec<RunPair>,
     /// The unchanged run, if the others lie on both sides of it.
-    unmoved: Option<Trajectory>,
+    unmoved: Option<VerifiedTrajectory>,
     /// The error of a quotient is a power series in the change to this power.
     pub(super) order: i32,
 }
 
 /// Two runs, at one change.
-struct Rung {
+struct RunPair {
     /// The parameter in the second run minus that in the first.
     change: f64,
-    first: Trajectory,
-    second: Trajectory,
+    first: VerifiedTrajectory,
+    second: VerifiedTrajectory,
     /// Whether both runs match the user's at a sample: same modes, same number of events, same segments of piecewise
     /// inputs.
     alike: Vec<bool>,
 }
 
-impl Moved {
+impl MovedRuns {
     /// Difference quotients of `value` at the k-th sample, for those of the smaller changes without an event or jump in
     /// between.
     ///
@@ -41,11 +41,11 @@ impl Moved {
         &self,
         k: usize,
         noise: f64,
-        value: impl Fn(&Trajectory) -> f64,
-    ) -> Vec<Quotient> {
-        let quotient = |rung: &Rung| {
+        value: impl Fn(&VerifiedTrajectory) -> f64,
+    ) -> Vec<DifferenceQuotient> {
+        let quotient = |rung: &RunPair| {
             let difference = value(&rung.second) - value(&rung.first);
-            Quotient { value: difference / rung.change, noise: noise / rung.change }
+            DifferenceQuotient { value: difference / rung.change, noise: noise / rung.change }
         };
         self.alike(k).map(quotient).collect()
     }
@@ -55,12 +55,12 @@ impl Moved {
         &self,
         k: usize,
         noise: f64,
-        value: impl Fn(&Trajectory) -> f64,
-    ) -> Option<[Vec<Quotient>; 2]> {
+        value: impl Fn(&VerifiedTrajectory) -> f64,
+    ) -> Option<[Vec<DifferenceQuotient>; 2]> {
         let unmoved = value(self.unmoved.as_ref()?);
-        let side = |rung: &Rung, difference: f64| {
+        let side = |rung: &RunPair, difference: f64| {
             let change = 0.5 * rung.change;
-            Quotient { value: difference / change, noise: noise / change }
+            DifferenceQuotient { value: difference / change, noise: noise / change }
         };
         let lower = self.alike(k).map(|rung| side(rung, unmoved - value(&rung.first)));
         let higher = self.alike(k).map(|rung| side(rung, value(&rung.second) - unmoved));
@@ -68,15 +68,15 @@ impl Moved {
     }
 
     /// The changes without an event or jump in between at the k-th sample.
-    fn alike(&self, k: usize) -> impl Iterator<Item = &Rung> {
-        let is_other = move |rung: &&Rung| rung.alike.get(k) != Some(&true);
+    fn alike(&self, k: usize) -> impl Iterator<Item = &RunPair> {
+        let is_other = move |rung: &&RunPair| rung.alike.get(k) != Some(&true);
         self.rungs.iter().skip_while(is_other)
     }
 }
 
 /// Samples before sensitivities become undefined for good. A changed run may stop there, and later samples are not
 /// compared.
-fn defined(given: &Trajectory) -> usize {
+fn defined(given: &VerifiedTrajectory) -> usize {
     let solution = &given.solution;
     let is_known = |k: &usize| !solution.s(*k).iter().any(|s| s.is_nan());
     (0..solution.len()).take_while(is_known).count()
@@ -84,15 +84,15 @@ fn defined(given: &Trajectory) -> usize {
 
 /// Repeats the run with the parameter lower and higher, or only higher if lower is impossible.
 pub(super) fn moved(
-    run: &Run,
-    given: &Trajectory,
+    run: &ModelRun,
+    given: &VerifiedTrajectory,
     direction: Direction,
     size: f64,
     options: &Options,
-) -> Result<Moved, WorkError> {
+) -> Result<MovedRuns, WorkError> {
     let times = &run.times[..defined(given)];
     if times.is_empty() {
-        return Ok(Moved { rungs: Vec::new(), unmoved: None, order: 1 });
+        return Ok(MovedRuns { rungs: Vec::new(), unmoved: None, order: 1 });
     }
     let lowest = match direction {
         Direction::Parameter(i) => run.signature().parameters[i].lower,
@@ -103,7 +103,7 @@ pub(super) fn moved(
         Direction::Start(i) => given.solution.y(0)[i],
     };
     let changes = [1.0, 0.5, 0.25, 0.125].map(|part| CHANGE * size * part);
-    let expected = Branches::of(run, &run.p, given)?;
+    let expected = BranchStates::collect(run, &run.p, given)?;
     let trajectory = |change: f64| trajectory(run, times, direction, value + change, options);
 
     if value - CHANGE * size >= lowest
@@ -113,30 +113,33 @@ pub(super) fn moved(
             .collect::<Result<Vec<_>, WorkError>>()
     {
         let unmoved = trajectory(0.0).ok().map(|(unmoved, _)| unmoved);
-        return Ok(Moved { rungs: compared(rungs, &expected), unmoved, order: 2 });
+        return Ok(MovedRuns { rungs: compared(rungs, &expected), unmoved, order: 2 });
     }
     let unmoved = trajectory(0.0)?;
     let mut rungs = Vec::with_capacity(changes.len());
     for h in changes {
         rungs.push((h, unmoved.clone(), trajectory(h)?));
     }
-    Ok(Moved { rungs: compared(rungs, &expected), unmoved: None, order: 1 })
+    Ok(MovedRuns { rungs: compared(rungs, &expected), unmoved: None, order: 1 })
 }
 
-type WithBranches = (Trajectory, Branches);
+type WithBranches = (VerifiedTrajectory, BranchStates);
 
-fn compared(rungs: Vec<(f64, WithBranches, WithBranches)>, expected: &Branches) -> Vec<Rung> {
+fn compared(
+    rungs: Vec<(f64, WithBranches, WithBranches)>,
+    expected: &BranchStates,
+) -> Vec<RunPair> {
     let rung = |(change, (first, a), (second, b)): (f64, WithBranches, WithBranches)| {
         let branches = expected.0.iter().zip(&a.0).zip(&b.0);
         let alike = branches.map(|((expected, a), b)| expected == a && expected == b).collect();
-        Rung { change, first, second, alike }
+        RunPair { change, first, second, alike }
     };
     rungs.into_iter().map(rung).collect()
 }
 
 /// The run with another value of one parameter or initial value.
 fn trajectory(
-    run: &Run,
+    run: &ModelRun,
     times: &[f64],
     direction: Direction,
     value: f64,
@@ -162,17 +165,17 @@ fn trajectory(
         ))
     })?;
     let observations = observe(&problem, &solution);
-    let trajectory = Trajectory { solution, observations };
-    let branches = Branches::of(run, &p, &trajectory)?;
+    let trajectory = VerifiedTrajectory { solution, observations };
+    let branches = BranchStates::collect(run, &p, &trajectory)?;
     Ok((trajectory, branches))
 }
 
 /// State that must be equal at a sample of two runs for their difference to be one of smooth functions.
 #[derive(Clone)]
-struct Branches(Vec<Branch>);
+struct BranchStates(Vec<BranchState>);
 
 #[derive(Clone, PartialEq)]
-struct Branch {
+struct BranchState {
     /// Modes and conditions on time, at the sample and at its delayed times.
     z: Vec<f64>,
     /// Number of events up to each of these times.
@@ -183,8 +186,12 @@ struct Branch {
     late_inputs: Vec<f64>,
 }
 
-impl Branches {
-    fn of(run: &Run, p: &[f64], of: &Trajectory) -> Result<Branches, WorkError> {
+impl BranchStates {
+    fn collect(
+        run: &ModelRun,
+        p: &[f64],
+        of: &VerifiedTrajectory,
+    ) -> Result<BranchStates, WorkError> {
         let problem = Problem { p, ..run.problem() };
         let read = problem.inputs_read();
         let read = read.map_err(|error| WorkError::Computation(error.to_string()))?;
@@ -194,7 +201,7 @@ impl Branches {
         let branch = |k: usize| {
             let (t, side) = (solution.times[k], solution.side(k));
             read.value(t, side, &mut u);
-            let mut branch = Branch {
+            let mut branch = BranchState {
                 z: solution.z(k).to_vec(),
                 events: vec![events(t)],
                 segments: Vec::new(),
@@ -208,12 +215,12 @@ impl Branches {
             }
             branch
         };
-        Ok(Branches((0..solution.len()).map(branch).collect()))
+        Ok(BranchStates((0..solution.len()).map(branch).collect()))
     }
 }
 
 /// Delayed inputs of the model: the values of held ones, and the slopes of all.
-fn delayed_inputs(run: &Run, u: &[f64]) -> Vec<f64> {
+fn delayed_inputs(run: &ModelRun, u: &[f64]) -> Vec<f64> {
     let signature = run.signature();
     let (n, n_late) = (signature.inputs.len(), signature.delayed_inputs.len());
     let held_inputs = signature

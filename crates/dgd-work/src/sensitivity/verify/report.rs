@@ -7,21 +7,21 @@ use serde_json::{Value, json};
 
 /// The comparison of a run's sensitivities.
 #[derive(Debug, Clone)]
-pub struct Report {
-    pub(super) rows: Vec<Row>,
+pub struct VerificationReport {
+    pub(super) rows: Vec<VerificationRow>,
     /// Most units of deviation allowed.
     pub(super) allowed: f64,
 }
 
 /// One unknown or output, and one parameter.
 #[derive(Debug, Clone)]
-pub(super) struct Row {
+pub(super) struct VerificationRow {
     pub(super) of: String,
     pub(super) to: String,
     /// Its largest value over all times, or the range of `of` over the run per size of `to`, SI.
     pub(super) scale: f64,
     /// The largest deviation; `None` if nothing could be compared.
-    pub(super) worst: Option<Worst>,
+    pub(super) worst: Option<WorstDisagreement>,
     /// Largest error of the compared differences, SI.
     pub(super) uncertainty: f64,
     /// Compared samples.
@@ -38,7 +38,7 @@ pub(super) struct Row {
 
 /// The largest disagreement.
 #[derive(Debug, Clone)]
-pub(super) struct Worst {
+pub(super) struct WorstDisagreement {
     /// In units of the tolerance or the difference's error, whichever is larger.
     pub(super) ratio: f64,
     /// SI.
@@ -47,7 +47,7 @@ pub(super) struct Worst {
     pub(super) at: f64,
 }
 
-impl Row {
+impl VerificationRow {
     fn name(&self) -> String {
         format!("d({})/d({})", self.of, self.to)
     }
@@ -103,7 +103,7 @@ impl Row {
     }
 }
 
-impl Report {
+impl VerificationReport {
     /// For programs.
     pub fn to_json(&self) -> Value {
         let rows: Vec<Value> = self.rows.iter().map(|row| row.to_json(self.allowed)).collect();
@@ -123,7 +123,7 @@ impl Report {
             let left_out = row.left_out();
             let _ = match &row.worst {
                 None => writeln!(text, "  {name:<24} not compared{left_out}"),
-                Some(Worst { ratio, apart, at }) => writeln!(
+                Some(WorstDisagreement { ratio, apart, at }) => writeln!(
                     text,
                     "  {name:<24} {} units at {at} s ({} of its scale, differences \
                      good to {}), {} samples{left_out}{}",
@@ -141,7 +141,7 @@ impl Report {
     /// The sensitivity with the largest deviation beyond the allowed one, in words.
     pub fn wrong(&self) -> Option<String> {
         let row = self.by_ratio().into_iter().find(|row| row.is_wrong(self.allowed))?;
-        let Worst { ratio, apart, at } = row.worst.as_ref()?;
+        let WorstDisagreement { ratio, apart, at } = row.worst.as_ref()?;
         Some(format!(
             "{} differs from its difference by {} of its scale at {at} s, {} \
              times the tolerance or what the difference is good to; {} times are allowed",
@@ -153,8 +153,8 @@ impl Report {
     }
 
     /// Rows in order of decreasing deviation.
-    fn by_ratio(&self) -> Vec<&Row> {
-        let mut rows: Vec<&Row> = self.rows.iter().collect();
+    fn by_ratio(&self) -> Vec<&VerificationRow> {
+        let mut rows: Vec<&VerificationRow> = self.rows.iter().collect();
         rows.sort_by(|a, b| b.ratio().total_cmp(&a.ratio()));
         rows
     }
@@ -164,11 +164,11 @@ impl Report {
 mod tests {
     use super::*;
 
-    fn row(ratio: f64) -> Row {
-        let worst = Some(Worst { ratio, apart: 2.0, at: 3.0 });
+    fn row(ratio: f64) -> VerificationRow {
+        let worst = Some(WorstDisagreement { ratio, apart: 2.0, at: 3.0 });
         let (of, to) = ("h".to_owned(), "k".to_owned());
         let uncertainty = 0.1;
-        Row {
+        VerificationRow {
             of,
             to,
             scale: 4.0,
@@ -184,8 +184,9 @@ mod tests {
 
     #[test]
     fn what_is_wrong_is_an_error_that_names_it() {
-        let wrong =
-            |ratio: f64| Report { rows: vec![row(1.0), row(ratio)], allowed: 100.0 }.wrong();
+        let wrong = |ratio: f64| {
+            VerificationReport { rows: vec![row(1.0), row(ratio)], allowed: 100.0 }.wrong()
+        };
         assert_eq!(wrong(99.0), None);
         for ratio in [101.0, f64::INFINITY, f64::NAN] {
             let error = wrong(ratio).expect("it is wrong");
@@ -196,7 +197,7 @@ mod tests {
     #[test]
     fn what_was_not_compared_is_counted() {
         assert_eq!(row(1.0).left_out(), ", 6 undefined, 7 passed by an event or jump");
-        let none = Row { worst: None, ..row(1.0) }.to_json(100.0);
+        let none = VerificationRow { worst: None, ..row(1.0) }.to_json(100.0);
         assert!(none["agrees"].is_null() && none["samples"]["undefined"] == 6, "{none}");
         assert_eq!(row(200.0).to_json(100.0)["agrees"], false);
     }

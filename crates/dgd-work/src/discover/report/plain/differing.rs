@@ -2,7 +2,7 @@
 
 use dgd_discover::{ParameterValue, PlainCause, PlainKind, RecordingsValue};
 
-use crate::output::quantity::{Quantity, with_unit};
+use crate::output::quantity::{UncertainValue, with_unit};
 
 /// One or two sentences.
 pub(super) fn first_words(cause: &PlainCause) -> String {
@@ -47,7 +47,8 @@ pub(super) fn words(cause: &PlainCause) -> String {
         }
         _ => {
             let value_in = |own: &RecordingsValue| {
-                let value = with_unit(Quantity::of(&own.value), &own.value.unit.symbol);
+                let value =
+                    with_unit(UncertainValue::from_parameter(&own.value), &own.value.unit.symbol);
                 format!("{value} in {}", named(&own.recordings))
             };
             let values: Vec<String> = cause.values.iter().map(value_in).collect();
@@ -59,7 +60,7 @@ pub(super) fn words(cause: &PlainCause) -> String {
 /// Initial values of the recordings.
 pub(super) fn starts(cause: &PlainCause) -> String {
     let value_in = |own: &RecordingsValue| {
-        let value = with_unit(Quantity::of(&own.value), &own.value.unit.symbol);
+        let value = with_unit(UncertainValue::from_parameter(&own.value), &own.value.unit.symbol);
         format!("{value} in {}", named(&own.recordings))
     };
     let values: Vec<String> = cause.values.iter().map(value_in).collect();
@@ -97,7 +98,7 @@ pub(super) fn rate(value: Option<&ParameterValue>) -> String {
 /// A magnitude with its standard deviation, if any.
 fn size(value: &ParameterValue) -> String {
     let positive = ParameterValue { value: value.value.abs(), ..value.clone() };
-    Quantity::of(&positive).to_string()
+    UncertainValue::from_parameter(&positive).to_string()
 }
 
 fn named(names: &[String]) -> String {

@@ -7,7 +7,7 @@ use std::fmt::Write;
 use dgd_discover::{PlainCause, PlainCauses, PlainKind, RecordingsValue, StuckSince};
 
 use super::result_json::number;
-use crate::output::quantity::{Quantity, short, with_unit};
+use crate::output::quantity::{UncertainValue, short, with_unit};
 use crate::result::discover::{CauseEntry, GroupValue, PlainResult, StuckEntry};
 
 /// For programs.
@@ -197,7 +197,7 @@ fn stays(cause: &PlainCause) -> String {
 
 fn fitted(cause: &PlainCause) -> String {
     let Some(value) = &cause.value else { return String::new() };
-    with_unit(Quantity::of(value), &value.unit.symbol)
+    with_unit(UncertainValue::from_parameter(value), &value.unit.symbol)
 }
 
 fn declared(cause: &PlainCause) -> String {
