@@ -77,8 +77,8 @@ impl<S: System> Problem<'_, S> {
         }
     }
 
-    /// Inputs as the model reads them: u of [`EvaluationPoint`](crate::Point), delayed inputs included. The past of delayed
-    /// unknowns is zero, so that they are read without delay.
+    /// Inputs as the model reads them: u of [`EvaluationPoint`](crate::EvaluationPoint), delayed inputs included. The
+    /// past of delayed unknowns is zero, so that they are read without delay.
     ///
     /// # Errors
     ///

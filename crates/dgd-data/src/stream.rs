@@ -1,7 +1,7 @@
 //! A growing recording: its rows one by one, as they arrive.
 //!
-//! The header is read as that of a file ([`read`](crate::read)), and a [`DataTable`] without rows describes the columns. A
-//! row ends with its line, so that an unreadable one does not hide those after it.
+//! The header is read as that of a file ([`read`](crate::read)), and a [`DataTable`] without rows describes the
+//! columns. A row ends with its line, so that an unreadable one does not hide those after it.
 
 use std::fmt;
 use std::io::{self, BufRead, Cursor, Read};

@@ -1,8 +1,8 @@
 //! Runs a compiled model without rustc: turns a [`Program`](dgd_compiler::program::Program) into a
 //! [`System`](dgd_runtime::System) at run time.
 //!
-//! [`LoadedSystem`] uses native code where it is available and worthwhile, [`InterpretedSystem`] executes the program's operations
-//! one after another. Both equal generated Rust bit for bit.
+//! [`LoadedSystem`] uses native code where it is available and worthwhile, [`InterpretedSystem`] executes the program's
+//! operations one after another. Both equal generated Rust bit for bit.
 
 mod ensemble;
 mod fixed;

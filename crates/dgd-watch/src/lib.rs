@@ -6,9 +6,9 @@
 //!                                          └─ Prepared of dgd-work: compiled and read once, run again and again
 //! ```
 //!
-//! The page sends requests and stores the choices; the [`ModelBench`] only stores kept curves and results that are expensive
-//! to recompute. So the same page and answers serve `dgd watch`, where the feature `server` transports them by HTTP on
-//! the local machine, and the playground, where a web worker answers.
+//! The page sends requests and stores the choices; the [`ModelBench`] only stores kept curves and results that are
+//! expensive to recompute. So the same page and answers serve `dgd watch`, where the feature `server` transports them
+//! by HTTP on the local machine, and the playground, where a web worker answers.
 //!
 //! A page can write only one thing: values of parameters into the text of the opened model ([`ParameterValues`]).
 

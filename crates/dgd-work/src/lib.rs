@@ -18,10 +18,10 @@
 //!   AdoptRequest    ─ adopt ────► Adopted        a discovered formula for the library
 //! ```
 //!
-//! A request has a field for each option, with the defaults of the command line. The caller also passes a [`TaskContext`]:
-//! a seed, a number of threads, and a [`Reporter`], which receives remarks and progress and may cancel the task. A
-//! result serialises, and its tables, texts, figures and files derive from it alone. A failure is a [`WorkError`] with
-//! its class, message, place and advice.
+//! A request has a field for each option, with the defaults of the command line. The caller also passes a
+//! [`TaskContext`]: a seed, a number of threads, and a [`Reporter`], which receives remarks and progress and may cancel
+//! the task. A result serialises, and its tables, texts, figures and files derive from it alone. A failure is a
+//! [`WorkError`] with its class, message, place and advice.
 //!
 //! Nothing here reads a command line, prints, handles signals or ends a process. Files named in a request are read from
 //! disk or from an [`InMemory`](dgd_data::InMemory); the caller writes the results.

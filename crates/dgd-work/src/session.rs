@@ -11,8 +11,8 @@ use crate::error::WorkError;
 
 /// Receives remarks and progress of a task, and may cancel it.
 ///
-/// Remarks are notes in addition to the result. [`Monitor`] receives the progress of long computations and stops them at
-/// their best so far.
+/// Remarks are notes in addition to the result. [`Monitor`] receives the progress of long computations and stops them
+/// at their best so far.
 pub trait Reporter: Monitor {
     /// Receives a remark as soon as it arises.
     fn remark(&self, remark: Remark<'_>);

@@ -11,8 +11,8 @@ use crate::system::{EvaluationPoint, Signature, System};
 
 pub use crate::system::storage::{LANES, LaneStorage, Lanes};
 
-/// Several points at which a model is evaluated; lengths are those of a [`EvaluationPoint`]. Not for models with discrete
-/// numbers.
+/// Several points at which a model is evaluated; lengths are those of a [`EvaluationPoint`]. Not for models with
+/// discrete numbers.
 #[derive(Debug, Clone, Copy)]
 pub struct LanePoint<'a> {
     /// Time, s.

@@ -4,8 +4,8 @@
 //! objects: code that runs a model many times and does little between the runs makes one virtual call for each run or
 //! function evaluation, and none within a run.
 //!
-//! `&dyn Model` is also [`SolvableSystem`], so that functions generic over systems accept it. Functions that would be slow that
-//! way have a namesake here, which runs the model's own compiled code: [`observe`], [`stream`], [`measure`],
+//! `&dyn Model` is also [`SolvableSystem`], so that functions generic over systems accept it. Functions that would be
+//! slow that way have a namesake here, which runs the model's own compiled code: [`observe`], [`stream`], [`measure`],
 //! [`per_sample_of_head`] and [`choose_per_sample`].
 
 #[doc(hidden)]
@@ -113,8 +113,8 @@ macro_rules! for_point_functions {
 
 macro_rules! declare {
     ($($name:ident($($argument:ident: $type:ty),*);)*) => {
-        /// A compiled model that can be copied for another thread. Implemented for every [`SolvableSystem`] type that is
-        /// `Clone` and `Send`.
+        /// A compiled model that can be copied for another thread. Implemented for every [`SolvableSystem`] type that
+        /// is `Clone` and `Send`.
         ///
         /// Functions at a point are those of the same name in [`System`].
         #[allow(missing_docs, clippy::too_many_arguments)]

@@ -1,4 +1,5 @@
-//! Answers the worker of the playground: the [`ModelBench`](dgd_watch::ModelBench) of `dgd watch`, with the files of a page.
+//! Answers the worker of the playground: the [`ModelBench`](dgd_watch::ModelBench) of `dgd watch`, with the files of a
+//! page.
 //!
 //! ```text
 //!   {"open":  {"files": {"m.dgd": "…"}, "model": "m.dgd", "data": "run.csv", "until": 60}}

@@ -27,8 +27,8 @@ use crate::syntax::visit::{self, ExprRole, ItemPart, Namespace};
 ///
 /// # Errors
 ///
-/// [`ErrorReported`] if an effect does not fit the model or another effect. Terms that it adds to an equation are checked
-/// later like any other, with places in the effect's file.
+/// [`ErrorReported`] if an effect does not fit the model or another effect. Terms that it adds to an equation are
+/// checked later like any other, with places in the effect's file.
 ///
 /// # Panics
 ///

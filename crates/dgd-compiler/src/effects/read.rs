@@ -16,8 +16,8 @@ impl Effect {
     ///
     /// # Errors
     ///
-    /// [`ErrorReported`] if the file is not an effect, lacks its `kind`, repeats a clause that is allowed only once, changes
-    /// nothing, or refers to arguments and parameters that it does not have.
+    /// [`ErrorReported`] if the file is not an effect, lacks its `kind`, repeats a clause that is allowed only once,
+    /// changes nothing, or refers to arguments and parameters that it does not have.
     pub fn read(ast: Ast, diagnostics: &mut Diagnostics) -> Result<Effect, ErrorReported> {
         let Some(header) = &ast.effect else {
             let start = Span { source: ast.source, start: 0, end: 0 };

@@ -1,5 +1,5 @@
-//! Reads the columns of a Parquet file into a [`DataTable`], some rows at a time: the counterpart of [`rows`](super::rows)
-//! without text.
+//! Reads the columns of a Parquet file into a [`DataTable`], some rows at a time: the counterpart of
+//! [`rows`](super::rows) without text.
 
 use dgd_compiler::diagnostics::{Diagnostics, ErrorReported};
 use dgd_compiler::source::{SourceMap, SourceText};

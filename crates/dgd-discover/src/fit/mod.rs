@@ -1,7 +1,7 @@
 //! Fits structures: a structure, recordings and starting points in, estimates and residuals out.
 //!
-//! [`SearchData`] are the recordings with their noise, [`FittedStructure`] is a structure fitted to them. Expensive results are stored
-//! ([`WorkJournal`]), and simulations that take too long are abandoned ([`most_steps`]).
+//! [`SearchData`] are the recordings with their noise, [`FittedStructure`] is a structure fitted to them. Expensive
+//! results are stored ([`WorkJournal`]), and simulations that take too long are abandoned ([`most_steps`]).
 
 mod budget;
 mod correlated;

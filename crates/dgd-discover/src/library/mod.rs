@@ -1,7 +1,7 @@
 //! Lists effects that may be missing: effects and templates in, candidates and compiled structures out.
 //!
-//! A [`EffectCandidate`] is an effect of the library, or one of the [`templates()`] that fit any model, with its arguments. A
-//! [`ModelStructure`] is the compiled [`BaseModel`] with some of them.
+//! A [`EffectCandidate`] is an effect of the library, or one of the [`templates()`] that fit any model, with its
+//! arguments. A [`ModelStructure`] is the compiled [`BaseModel`] with some of them.
 
 mod adapted;
 mod balance;

@@ -1,7 +1,8 @@
 //! Tests whether something is missing: residuals and sensor noise in, tests and windows out.
 //!
 //! [`noise_of`] estimates the noise of each output from recordings, [`coloured_noise`] its correlation, which a
-//! [`NoiseWhitener`] removes. [`whiteness()`] tests whether there is more than noise, [`discrepancy_windows`] finds when.
+//! [`NoiseWhitener`] removes. [`whiteness()`] tests whether there is more than noise, [`discrepancy_windows`] finds
+//! when.
 
 mod colour;
 mod discrepancy;

@@ -1,7 +1,7 @@
 //! Turns a finished search and the reported fits into a [`Discovery`].
 //!
-//! [`EffectReport`] reports an effect, [`reason()`] gives the reason for the verdict, [`corrected()`] the model's new text;
-//! `account` has everything else.
+//! [`EffectReport`] reports an effect, [`reason()`] gives the reason for the verdict, [`corrected()`] the model's new
+//! text; `account` has everything else.
 
 mod account;
 mod corrected;

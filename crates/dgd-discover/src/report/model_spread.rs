@@ -4,8 +4,8 @@
 //!   s² = s_parts² + max (θ' − θ)²      θ': the same parameter in a structure that does nearly as well
 //! ```
 //!
-//! s_parts is the spread between parts of the recordings ([`dgd_identify::Jackknife`]), with each output weighted by its
-//! residuals. Both show only disagreements between parts or structures.
+//! s_parts is the spread between parts of the recordings ([`dgd_identify::Jackknife`]), with each output weighted by
+//! its residuals. Both show only disagreements between parts or structures.
 
 use std::collections::BTreeMap;
 

@@ -1,7 +1,8 @@
 //! Native code, and the only place from which it is called.
 //!
-//! A call is sound because the code reads and writes only within the lengths of its [`NativePlan`], which are checked against
-//! those of the slices before each call; it retains no addresses; and it is freed only once it can no longer be called.
+//! A call is sound because the code reads and writes only within the lengths of its [`NativePlan`], which are checked
+//! against those of the slices before each call; it retains no addresses; and it is freed only once it can no longer be
+//! called.
 
 #![allow(unsafe_code)]
 

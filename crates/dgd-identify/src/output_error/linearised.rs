@@ -6,8 +6,8 @@
 //! ```
 //!
 //! Between samples inputs are linear, so the solution is exact ([`Responses`]); so are the derivatives with respect to
-//! θ, including those of A, B, C, D and of the point ([`ParametricModel`]). An input with a free delay jumps at a time that
-//! moves: at a jump Δv of u(t − τ) the derivative of x jumps by −B Δv dτ/dθ.
+//! θ, including those of A, B, C, D and of the point ([`ParametricModel`]). An input with a free delay jumps at a time
+//! that moves: at a jump Δv of u(t − τ) the derivative of x jumps by −B Δv dτ/dθ.
 
 use dgd_runtime::for_identify::{
     DelayedOutputTimes, LinearMatrices, ParametricModel, Responses, delay_sensitivities,

@@ -6,9 +6,9 @@
 //! ```
 //!
 //! σ(y) is the noise of the reading: declared, recorded, or from the formula with its shape in the first run
-//! ([`NoiseShape`]); if σ grows with the output, the outputs of that run count as readings, too: σ of an output that is lost
-//! in the tolerance may be negative. So the tolerance is fixed once for all simulations of a fit, and a species that
-//! falls through decades is resolved as far down as it was measured. It is never looser than that of the problem.
+//! ([`NoiseShape`]); if σ grows with the output, the outputs of that run count as readings, too: σ of an output that is
+//! lost in the tolerance may be negative. So the tolerance is fixed once for all simulations of a fit, and a species
+//! that falls through decades is resolved as far down as it was measured. It is never looser than that of the problem.
 //!
 //! If σ grows with the output, the search first minimises the likelihood in the scale in which noise is uniform, with
 //! the shape of σ at the starting point, and repeats this with the updated shape as long as −2 ln of the likelihood
@@ -101,8 +101,8 @@ impl<'p, 'a> SimulatedPoint<'p, 'a> {
     }
 }
 
-/// The readings of an output, each with its noise; empty if the noise is unknown. `evaluate` is needed for computed noise; if
-/// that grows with the output, the outputs `simulated` there follow.
+/// The readings of an output, each with its noise; empty if the noise is unknown. `evaluate` is needed for computed
+/// noise; if that grows with the output, the outputs `simulated` there follow.
 fn noise_of_readings(
     problem: &OutputErrorProblem<'_>,
     at: Option<&SimulatedPoint<'_, '_>>,

@@ -13,8 +13,8 @@
 //! Models with modes, conditions on time or delays need steps that end elsewhere ([`error::refusal`]). If all unknowns
 //! are differential and the method is explicit, [`sweep`] is the loop: written once for the unknowns with and without
 //! sensitivities ([`carried`]), and for every method that makes steps of a given size ([`fixed_step`]). Work with such
-//! a method is a [`FixedStepTask`], so that only [`dispatch`] distinguishes methods. Rosenbrock methods make the steps of the
-//! general loop ([`rosenbrock`]).
+//! a method is a [`FixedStepTask`], so that only [`dispatch`] distinguishes methods. Rosenbrock methods make the steps
+//! of the general loop ([`rosenbrock`]).
 
 // Lengths are constants if storage has a fixed size, but only after inlining.
 #![allow(clippy::inline_always)]

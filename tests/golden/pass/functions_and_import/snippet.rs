@@ -53,7 +53,11 @@ impl System for Model {
         ];
     }
     #[inline]
-    fn event_functions(&self, _at: ::dgd::__runtime::EvaluationPoint<'_>, _e: &mut [f64]) {
+    fn event_functions(
+        &self,
+        _at: ::dgd::__runtime::EvaluationPoint<'_>,
+        _e: &mut [f64],
+    ) {
         let _y = ::dgd::__runtime::codegen::fixed::<4>(_at.y);
         let _z = ::dgd::__runtime::codegen::fixed::<2>(_at.z);
         let v = _y[2];

@@ -64,7 +64,11 @@ impl System for Model {
         ];
     }
     #[inline]
-    fn event_functions(&self, _at: ::dgd::__runtime::EvaluationPoint<'_>, _e: &mut [f64]) {
+    fn event_functions(
+        &self,
+        _at: ::dgd::__runtime::EvaluationPoint<'_>,
+        _e: &mut [f64],
+    ) {
         let _y = ::dgd::__runtime::codegen::fixed::<8>(_at.y);
         let x = _y[0];
         let y = _y[1];

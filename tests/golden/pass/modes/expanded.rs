@@ -499,7 +499,11 @@ pub mod tank {
             ];
         }
         #[inline]
-        fn input_jacobian(&self, _at: ::dgd::__runtime::EvaluationPoint<'_>, _values: &mut [f64]) {
+        fn input_jacobian(
+            &self,
+            _at: ::dgd::__runtime::EvaluationPoint<'_>,
+            _values: &mut [f64],
+        ) {
             let _z = ::dgd::__runtime::codegen::fixed::<2>(_at.z);
             let _v4 = (_z[0] < 0.5);
             *::dgd::__runtime::codegen::fixed_mut::<2>(_values) = [
@@ -597,7 +601,11 @@ pub mod tank {
             *::dgd::__runtime::codegen::fixed_mut::<3>(_dtimes) = [0.0, 1.0, 0.0];
         }
         #[inline]
-        fn event_functions(&self, _at: ::dgd::__runtime::EvaluationPoint<'_>, _e: &mut [f64]) {
+        fn event_functions(
+            &self,
+            _at: ::dgd::__runtime::EvaluationPoint<'_>,
+            _e: &mut [f64],
+        ) {
             let _y = ::dgd::__runtime::codegen::fixed::<2>(_at.y);
             let _p = ::dgd::__runtime::codegen::fixed::<3>(_at.p);
             let q = _y[1];
@@ -646,7 +654,9 @@ pub mod tank {
             ::dgd::__runtime::taylor::KeptSeries,
             ::dgd::__runtime::taylor::NoTaylorSeries,
         > {
-            ::core::result::Result::Err(::dgd::__runtime::taylor::NoTaylorSeries::Algebraic)
+            ::core::result::Result::Err(
+                ::dgd::__runtime::taylor::NoTaylorSeries::Algebraic,
+            )
         }
     }
     #[automatically_derived]

@@ -412,7 +412,11 @@ pub mod spring {
             *::dgd::__runtime::codegen::fixed_mut::<2>(_values) = [-0.5 * x, -0.5 * v];
         }
         #[inline]
-        fn input_jacobian(&self, _at: ::dgd::__runtime::EvaluationPoint<'_>, _values: &mut [f64]) {
+        fn input_jacobian(
+            &self,
+            _at: ::dgd::__runtime::EvaluationPoint<'_>,
+            _values: &mut [f64],
+        ) {
             *::dgd::__runtime::codegen::fixed_mut::<1>(_values) = [0.5];
         }
         #[inline]

@@ -736,7 +736,11 @@ pub mod tables {
             ];
         }
         #[inline]
-        fn input_jacobian(&self, _at: ::dgd::__runtime::EvaluationPoint<'_>, _values: &mut [f64]) {
+        fn input_jacobian(
+            &self,
+            _at: ::dgd::__runtime::EvaluationPoint<'_>,
+            _values: &mut [f64],
+        ) {
             *::dgd::__runtime::codegen::fixed_mut::<0>(_values) = [];
         }
         #[inline]
@@ -793,7 +797,11 @@ pub mod tables {
             *::dgd::__runtime::codegen::fixed_mut::<2>(_mass) = [1.0, 1.0];
         }
         #[inline]
-        fn event_functions(&self, _at: ::dgd::__runtime::EvaluationPoint<'_>, _e: &mut [f64]) {
+        fn event_functions(
+            &self,
+            _at: ::dgd::__runtime::EvaluationPoint<'_>,
+            _e: &mut [f64],
+        ) {
             let _y = ::dgd::__runtime::codegen::fixed::<2>(_at.y);
             let _z = ::dgd::__runtime::codegen::fixed::<3>(_at.z);
             let x = _y[0];

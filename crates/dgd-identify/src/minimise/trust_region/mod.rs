@@ -17,8 +17,8 @@
 //! Marquardt's diag(JᵀJ), in whose metric those of little influence are carried away, to their bounds and out of the
 //! region where they matter.
 //!
-//! A step in a variable is limited by its reach ([`VariableRegion`]): a quadratic model does not apply to a logarithm some
-//! decades away. It is also limited towards a remote bound: a search that gets there early rarely leaves it again.
+//! A step in a variable is limited by its reach ([`VariableRegion`]): a quadratic model does not apply to a logarithm
+//! some decades away. It is also limited towards a remote bound: a search that gets there early rarely leaves it again.
 //!
 //! If no variable has any influence, except those at their bounds, the point may or may not be a minimum. If such a
 //! plateau has a slope, the search follows it to the limits of the variables, as long as that reduces the sum.

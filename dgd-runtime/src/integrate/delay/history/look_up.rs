@@ -168,8 +168,8 @@ impl DelayHistory {
         }
     }
 
-    /// The piece of a window that continues to α, if that is outside the piece `evaluate`, and up to where: no further than
-    /// by its own length, since polynomials grow beyond all bounds.
+    /// The piece of a window that continues to α, if that is outside the piece `evaluate`, and up to where: no further
+    /// than by its own length, since polynomials grow beyond all bounds.
     fn extended(&self, at: usize, alpha: f64, window: Range<usize>) -> (usize, f64) {
         let [t0, t1] = self.ends[at];
         let length = |piece: usize| self.ends[piece][1] - self.ends[piece][0];
