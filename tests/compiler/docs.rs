@@ -49,7 +49,7 @@ struct Block<'a> {
 }
 
 fn pages() -> Vec<Page> {
-    let folders = [root().to_owned(), root().join("docs"), root().join("data")];
+    let folders = [root().to_owned(), root().join("docs"), root().join("examples/data/field")];
     let paths = folders.map(|folder| files(&folder, "md")).concat();
     let page = |path: std::path::PathBuf| Page {
         text: fs::read_to_string(&path).expect("a page"),

@@ -46,7 +46,8 @@ fn below_root(name: &str) -> PathBuf {
     match name {
         "dgd" => PathBuf::new(),
         "dgd-macros" | "dgd-runtime" => PathBuf::from(name),
-        _ => PathBuf::from("crates").join(name),
+        _ if name.starts_with("dgd-") => PathBuf::from("crates").join(name),
+        _ => PathBuf::from(name),
     }
 }
 

@@ -8,7 +8,7 @@ use std::path::Path;
 use crate::source::{CRATES, File, files, root};
 
 /// Packages that are not among the layers of [`CRATES`].
-const OTHER_PACKAGES: [&str; 4] = ["bench", "fuzz", "tools", "web"];
+const OTHER_PACKAGES: [&str; 5] = ["bench", "fuzz", "tools/s3", "web/playground", "web/wasm"];
 /// Crates beyond the common limits, with their marks in comments and their bare locals.
 const EXCEPTIONS: [(&str, usize, usize); 1] = [("dgd-scratch", 25, 7)];
 /// Marks in all string literals of the crates.

@@ -51,7 +51,6 @@ pub mod linearize;
 mod model;
 mod output;
 mod request;
-pub mod result;
 mod run;
 pub mod screen;
 pub mod sensitivity;
@@ -72,9 +71,9 @@ pub use linearize::{LinearModelReport, linearize};
 pub use model::effects::{ApplicableEffect, FOLDER, applicable, load_folder};
 pub use model::{ChangedTrees, LoadedModel, digest_of_texts, load};
 pub use output::columns::{ColumnKind, NamedColumn, TimeTable};
-pub use output::json_text;
 pub use output::provenance::{DataFile, Provenance, SCHEMA_VERSION};
 pub use output::quantity::{shown, shown_like, with_unit};
+pub use output::{json_text, result};
 pub use request::{
     AdoptRequest, CheckRequest, CompareRequest, DiscoverRequest, Engine, Estimator, FitRequest,
     FreeParameters, IntervalRequest, InvertRequest, JournalChoice, LinearizeAt, LinearizeRequest,

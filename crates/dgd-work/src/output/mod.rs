@@ -8,6 +8,7 @@ mod json;
 pub(crate) mod page;
 pub(crate) mod provenance;
 pub(crate) mod quantity;
+pub mod result;
 pub(crate) mod table;
 
 pub use json::json_text;
