@@ -5,7 +5,7 @@
 //! ```
 //!
 //! writes `NAME.csv.gz`, what the instruments showed, and `NAME.truth.csv.gz`, what was true, for
-//! each recording, and `truth.json` with every number behind them; into `data` unless said otherwise.
+//! each recording, and `truth.json` with every number behind them; into `examples/data/field` unless DIR is given.
 //! The same bytes come out whenever it runs. `examples/data/field/README.md` tells what is in them.
 
 mod drilling_rig;
@@ -20,7 +20,8 @@ use dgd_data::write::save;
 use field_rig::{files::truth_json, schedule::schedules};
 
 fn main() -> Result<(), Box<dyn Error>> {
-    let folder = PathBuf::from(std::env::args().nth(1).unwrap_or_else(|| "data".into()));
+    let folder =
+        PathBuf::from(std::env::args().nth(1).unwrap_or_else(|| "examples/data/field".into()));
     fs::create_dir_all(&folder)?;
     for schedule in schedules() {
         let recording = schedule.rig().record(&schedule);

@@ -14,7 +14,9 @@ fn no_result_is_read_by_a_key() {
     let mut found = Vec::new();
     for name in READERS {
         for file in files(name) {
-            if file.path.iter().any(|part| part == "tests") || file.path == REQUEST {
+            // The schema is compared with its file by a test.
+            let is_test = file.path.iter().any(|part| part == "tests" || part == "schema");
+            if is_test || file.path == REQUEST {
                 continue;
             }
             let product = file.text.split("#[cfg(test)]").next().unwrap_or_default();

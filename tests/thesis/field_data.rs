@@ -21,7 +21,7 @@ use crate::field_rig::schedule::schedules;
 use crate::support;
 
 fn data() -> PathBuf {
-    support::root().join("data")
+    support::root().join("examples/data/field")
 }
 
 fn table(name: &str) -> DataTable {

@@ -84,7 +84,7 @@ fn draw(mark: &SceneMark, font: &Font, image: &mut Pixmap) {
             }
         }
         SceneMark::Dots { centres, diameter, colour } => {
-            fill_dots(centres, *diameter, *colour, image)
+            fill_dots(centres, *diameter, *colour, image);
         }
         SceneMark::Text { text, at, anchor, direction, size, colour } => {
             let mut outline = PngOutline(PathBuilder::new());

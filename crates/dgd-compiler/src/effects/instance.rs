@@ -109,7 +109,7 @@ impl EffectInstance {
             match change(clause, &names, &readings) {
                 TranslatedClause::Null(name, value) => nulls.push((name, value)),
                 TranslatedClause::Change(kind) => {
-                    changes.push(AppliedChange { span: clause.span, kind })
+                    changes.push(AppliedChange { span: clause.span, kind });
                 }
                 TranslatedClause::Nothing => {}
             }

@@ -167,7 +167,7 @@ impl ColumnChange {
                 match signal {
                     RecordedColumn::Input(i) => columns[i].iter_mut().for_each(scaled),
                     RecordedColumn::Output(i) => {
-                        changed.measured[i].iter_mut().flatten().for_each(scaled)
+                        changed.measured[i].iter_mut().flatten().for_each(scaled);
                     }
                 }
             }
@@ -205,7 +205,7 @@ impl ColumnChange {
                 });
             }
             ColumnChange::Exchanged(RecordedColumn::Output(i), RecordedColumn::Output(k)) => {
-                changed.swap(i, k)
+                changed.swap(i, k);
             }
             ColumnChange::Exchanged(RecordedColumn::Input(_), RecordedColumn::Output(i)) => {
                 changed[i] = noise_of(train, &readings(train))[i];

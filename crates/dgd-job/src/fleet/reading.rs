@@ -198,7 +198,7 @@ struct FittedPiece<'a> {
 
 impl SearchOutcome {
     fn read(result: &DiscoverDocument) -> SearchOutcome {
-        let causes = result.plain.iter().flat_map(|plain| plain.causes.first());
+        let causes = result.plain.iter().filter_map(|plain| plain.causes.first());
         let causes = causes.map(|cause| (format!("`{}` is off", cause.name), None));
         let effects = result.effects.iter().map(|effect| (effect.name.clone(), effect.onset));
         let terms = result.law.iter().flat_map(|law| &law.terms);

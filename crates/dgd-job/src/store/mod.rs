@@ -176,11 +176,11 @@ impl FleetStore {
     ///
     /// The file exists but cannot be read.
     pub fn identity(&self) -> Result<Option<BuildIdentity>, JobError> {
-        let Some(text) = self.place.read(FLEET)? else { return Ok(None) };
         #[derive(serde::Deserialize)]
         struct Fleet {
             identity: BuildIdentity,
         }
+        let Some(text) = self.place.read(FLEET)? else { return Ok(None) };
         let shown = self.place.shown(FLEET);
         let fleet: serde_json::Result<Fleet> = serde_json::from_str(&text);
         fleet

@@ -14,7 +14,7 @@ pub(crate) const TIME: ChartLink<'static> = ChartLink::With("time");
 pub(crate) fn origin(provenance: &Provenance, command: &str) -> PageOrigin {
     PageOrigin {
         command: command.to_owned(),
-        version: provenance.version.to_owned(),
+        version: provenance.version.clone(),
         seed: provenance.seed,
         models: provenance.model.iter().map(|digest| (String::new(), digest.clone())).collect(),
         data: provenance.data.iter().map(|one| (one.file.clone(), one.digest.clone())).collect(),

@@ -292,7 +292,7 @@ fn screen_all(
                 let names = pair.channels.map(|i| record.channels[i].name.to_owned());
                 match pair.compared {
                     PairComparison::Same(comparison) if comparison.gain.is_some() => {
-                        alike.push(names)
+                        alike.push(names);
                     }
                     PairComparison::Different { .. } => different.push(names),
                     PairComparison::Same(_) | PairComparison::Unknown => {}

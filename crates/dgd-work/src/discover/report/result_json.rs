@@ -130,7 +130,7 @@ fn regime(regime: &FoundRegime) -> RegimeEntry {
 }
 
 fn untried(closed: &ClosedPlace) -> UntriedPlace {
-    UntriedPlace { target: closed.place.called().to_string(), reason: closed.reason.to_string() }
+    UntriedPlace { target: closed.place.called().clone(), reason: closed.reason.clone() }
 }
 
 fn smallest(power: &DetectionPower) -> PowerEntry {

@@ -25,7 +25,7 @@ use crate::output::table::{push_table, significant};
 use crate::request::Estimator;
 use crate::result::fit::{
     EstimateEntry, FitDocument, OutputEntry, RecursiveResult, RegressionDetails,
-    RegressionEstimate, RegressionRow, SamplesLeftOut,
+    RegressionEstimate, RegressionRowEntry, SamplesLeftOut,
 };
 use crate::run::recording;
 
@@ -190,13 +190,13 @@ impl RegressionOutcome<'_> {
         }
     }
 
-    fn row_entry(&self, row: &RowQuality) -> RegressionRow {
+    fn row_entry(&self, row: &RowQuality) -> RegressionRowEntry {
         let (unit, factor) = self.row_unit(row);
         let of = match row.of {
             RowOf::Output(_) => "output",
             RowOf::Equation(_) => "equation",
         };
-        RegressionRow {
+        RegressionRowEntry {
             name: row.name.clone(),
             of: of.to_owned(),
             unit,

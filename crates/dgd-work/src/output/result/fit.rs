@@ -35,7 +35,7 @@ pub struct FitDocument {
     pub counts_from: Option<Vec<Option<f64>>>,
     /// The equations and outputs of a regression.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub rows: Option<Vec<RegressionRow>>,
+    pub rows: Option<Vec<RegressionRowEntry>>,
     /// Standard deviation by which each state strays within a minute.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub process_noise_in_a_minute: Option<ByName<EstimateEntry>>,
@@ -350,7 +350,7 @@ pub struct RecordingValues<T> {
 /// An equation or output of a regression.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
-pub struct RegressionRow {
+pub struct RegressionRowEntry {
     /// Of the equation or output.
     pub name: String,
     /// `output` or `equation`.
