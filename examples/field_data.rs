@@ -4,9 +4,9 @@
 //! cargo run --release --example field_data [-- DIR]
 //! ```
 //!
-//! writes `NAME.csv.gz`, what the instruments showed, and `NAME.truth.csv.gz`, what was true, for
-//! each recording, and `truth.json` with every number behind them; into `examples/data/field` unless DIR is given.
-//! The same bytes come out whenever it runs. `examples/data/field/README.md` tells what is in them.
+//! writes for each recording `NAME.csv.gz` with the readings and `NAME.truth.csv.gz` with the true values, and
+//! `truth.json` with every number behind them; into `examples/data/field` unless DIR is given.
+//! Every run writes the same bytes. `examples/data/field/README.md` describes the recordings.
 
 mod drilling_rig;
 mod field_rig;

@@ -2,7 +2,7 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use crate::source::{CRATES, files, source};
+use crate::source::{CRATES, product};
 
 /// Types of the compiler's model that keep their names in the signature that they become.
 const IN_SIGNATURE: [&str; 10] = [
@@ -33,18 +33,6 @@ const EMPTY: [&str; 16] = [
 ];
 /// Words that are not names of functions; `from` is, of the conversion.
 const PREPOSITIONS: [&str; 3] = ["at", "by", "of"];
-
-/// The code of a crate's files, by their paths from the root, without unit tests.
-fn product(name: &str) -> impl Iterator<Item = (String, String)> {
-    let is_product = |path: &[String]| !path.iter().any(|part| part == "tests");
-    files(name).into_iter().filter(move |file| is_product(&file.path)).map(move |file| {
-        let is_start =
-            |at: &usize| file.text[*at..].lines().nth(1).is_some_and(|line| line.ends_with('{'));
-        let end = file.text.match_indices("#[cfg(test)]\nmod ").map(|(at, _)| at).find(is_start);
-        let end = end.unwrap_or(file.text.len());
-        (format!("{}/{}.rs", source(name), file.path.join("/")), file.text[..end].to_owned())
-    })
-}
 
 /// The word behind one of these keywords at the start of a line, after its visibility.
 fn declared<'a>(line: &'a str, keywords: &[&str]) -> Option<&'a str> {

@@ -166,6 +166,23 @@ pub(crate) fn files(name: &str) -> Vec<File> {
     found
 }
 
+/// The code of a crate's files, by their paths from the root, without unit tests.
+pub(crate) fn product(name: &str) -> impl Iterator<Item = (String, String)> {
+    let is_product = |file: &File| !file.path.iter().any(|part| part == "tests");
+    files(name).into_iter().filter(is_product).map(move |file| {
+        let path = format!("{}/{}.rs", source(name), file.path.join("/"));
+        (path, without_tests(&file.text).to_owned())
+    })
+}
+
+/// The text before a module of unit tests; one in another file does not end it.
+pub(crate) fn without_tests(text: &str) -> &str {
+    let is_here =
+        |start: &usize| text[*start..].lines().nth(1).is_some_and(|line| line.contains('{'));
+    let mut modules = text.match_indices("#[cfg(test)]\nmod ").map(|(start, _)| start);
+    modules.find(is_here).map_or(text, |end| &text[..end])
+}
+
 fn walk(folder: &Path, below: &mut Vec<String>, found: &mut Vec<File>) -> io::Result<()> {
     for entry in fs::read_dir(folder)? {
         let path = entry?.path();

@@ -5,7 +5,7 @@
 use std::fs;
 use std::path::Path;
 
-use crate::source::{CRATES, File, files, root};
+use crate::source::{CRATES, File, files, root, without_tests};
 
 /// Packages that are not among the layers of [`CRATES`].
 const OTHER_PACKAGES: [&str; 5] = ["bench", "fuzz", "tools/s3", "web/playground", "web/wasm"];
@@ -144,11 +144,6 @@ fn numbered(text: &str) -> impl Iterator<Item = (usize, &str)> {
 
 fn comments(text: &str) -> impl Iterator<Item = (usize, &str)> {
     numbered(text).filter(|(_, line)| line.trim_start().starts_with("//"))
-}
-
-/// A text without its unit tests, which are its end.
-fn without_tests(text: &str) -> &str {
-    text.find("#[cfg(test)]\nmod ").map_or(text, |end| &text[..end])
 }
 
 /// The lines of all string literals of Rust code outside its tests.

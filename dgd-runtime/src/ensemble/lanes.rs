@@ -11,7 +11,7 @@ use crate::system::{EvaluationPoint, Signature, System};
 
 pub use crate::system::storage::{LANES, LaneStorage, Lanes};
 
-/// Several points at which a model is evaluated; lengths are those of a [`EvaluationPoint`]. Not for models with
+/// Several points at which a model is evaluated; lengths are those of an [`EvaluationPoint`]. Not for models with
 /// discrete numbers.
 #[derive(Debug, Clone, Copy)]
 pub struct LanePoint<'a> {

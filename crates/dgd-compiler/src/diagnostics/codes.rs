@@ -1105,7 +1105,7 @@ Right:
     constant depth [m] = 10
     output p [bar] = depth * 0.1 [bar/m]  noise 0.01 [bar]
 "
-LogOfNonPositive "E506" "logarithm of what is not positive" "
+LogOfNonPositive "E506" "logarithm of a number that is not positive" "
 A parameter with the attribute `log` is estimated by its logarithm, so that its value and its bounds
 must be above zero.
 

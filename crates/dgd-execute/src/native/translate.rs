@@ -1,6 +1,6 @@
 //! Translates a piece of a function to Cranelift's intermediate representation.
 //!
-//! A piece receives t and the address of a [`ArrayFrame`](super::code::ArrayFrame) of addresses. Conditions are
+//! A piece receives t and the address of an [`ArrayFrame`](super::code::ArrayFrame) of addresses. Conditions are
 //! integers, 0 or 1. Nothing is fused or reordered: each operation is the same IEEE 754 instruction that the
 //! interpreter executes, or a call of the same function.
 

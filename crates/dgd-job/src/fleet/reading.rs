@@ -1,6 +1,7 @@
 //! Reads the results of one occasion: estimates with confidence intervals, missing terms, failures.
 
 use dgd_identify::percentiles;
+use dgd_work::result::ByName;
 use dgd_work::result::discover::DiscoverDocument;
 use dgd_work::result::fit::FitDocument;
 
@@ -109,15 +110,9 @@ impl PeriodResults {
         if let Some(result) = search {
             findings.search = Some(SearchOutcome::read(&result));
             if findings.estimates.is_empty() {
-                let parameters = result.base_parameters.iter();
-                let estimates = parameters.filter_map(|(name, entry)| {
-                    let (std, std_model) = (entry.std, entry.std_model);
-                    Some((
-                        name.to_owned(),
-                        FleetEstimate::new(entry.value?, std, std_model, &entry.unit),
-                    ))
+                findings.estimates = estimates(&result.base_parameters, |entry| {
+                    FleetEstimate::new(entry.value, [entry.std, entry.std_model], &entry.unit)
                 });
-                findings.estimates = estimates.collect();
             }
         }
         findings
@@ -131,12 +126,9 @@ impl PeriodResults {
             converged.then(deviance(a).total_cmp(&deviance(b)))
         });
         let Some(best) = best else { return };
-        let parameters = best.result.parameters.iter();
-        let estimates = parameters.filter_map(|(name, entry)| {
-            let (std, std_model) = (entry.std, entry.std_model);
-            Some((name.to_owned(), FleetEstimate::new(entry.value?, std, std_model, &entry.unit)))
+        self.estimates = estimates(&best.result.parameters, |entry| {
+            FleetEstimate::new(entry.value, [entry.std, entry.std_model], &entry.unit)
         });
-        self.estimates = estimates.collect();
         let details = best.result.simulation.as_ref();
         self.reduced_chi_square = details.and_then(|details| details.reduced_chi_square);
         let freedom = details.map(|details| details.degrees_of_freedom as f64);
@@ -179,12 +171,21 @@ impl PeriodResults {
     }
 }
 
+fn estimates<T>(
+    entries: &ByName<T>,
+    estimate: impl Fn(&T) -> Option<FleetEstimate>,
+) -> Vec<(String, FleetEstimate)> {
+    entries.iter().filter_map(|(name, entry)| Some((name.clone(), estimate(entry)?))).collect()
+}
+
 impl FleetEstimate {
-    fn new(value: f64, std: Option<f64>, std_model: Option<f64>, unit: &str) -> Self {
-        let std = [std, std_model].into_iter().flatten();
-        let std = std.filter(|std| std.is_finite() && *std > 0.0).reduce(f64::max);
+    /// `None` without a finite value.
+    fn new(value: Option<f64>, stds: [Option<f64>; 2], unit: &str) -> Option<Self> {
+        let value = value?;
+        let stds = stds.into_iter().flatten().filter(|std| std.is_finite() && *std > 0.0);
+        let std = stds.reduce(f64::max);
         let band = std.map(|std| (value - HALF_BAND * std, value + HALF_BAND * std));
-        FleetEstimate { value, std, band, by: IntervalSource::Std, unit: unit.to_owned() }
+        Some(FleetEstimate { value, std, band, by: IntervalSource::Std, unit: unit.to_owned() })
     }
 }
 

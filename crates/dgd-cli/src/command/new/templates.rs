@@ -1,7 +1,7 @@
 //! Project templates: a model, two recordings and a library of effects, one of which is hidden in the recordings.
 //!
 //! The recordings come from simulators in plain Rust that share no code with the product: those of
-//! `examples/discovery_bank`, and `examples/hidden_effects.rs` for drilling. `truth.json` names the hidden effect.
+//! `bench/discovery_bank`, and `examples/hidden_effects.rs` for drilling. `truth.json` names the hidden effect.
 
 /// A project template.
 #[derive(Debug)]

@@ -19,7 +19,7 @@ pub(super) fn entry(all: &FitComparison, k: usize) -> ContenderEntry {
     let outputs = all.outputs().enumerate().map(|(i, (name, unit))| {
         let agreement = |is_valid| all.agreement(k, i, is_valid);
         let unit = unit.to_owned();
-        (name, ContenderOutput { unit, train: agreement(false), valid: agreement(true) })
+        (name.to_owned(), ContenderOutput { unit, train: agreement(false), valid: agreement(true) })
     });
     let result = contender.fitted.result();
     ContenderEntry {
@@ -99,10 +99,10 @@ pub(super) fn parameters(all: &FitComparison) -> Vec<ParameterRow> {
     let mut rows: Vec<ParameterRow> = Vec::new();
     for k in 0..all.contenders.len() {
         for (name, entry) in all.contenders[k].fitted.result().parameters.iter() {
-            let position = rows.iter().position(|row| row.name == name && row.unit == entry.unit);
+            let position = rows.iter().position(|row| row.name == *name && row.unit == entry.unit);
             let position = position.unwrap_or_else(|| {
                 let values = vec![None; all.contenders.len()];
-                rows.push(ParameterRow { name: name.to_owned(), unit: entry.unit.clone(), values });
+                rows.push(ParameterRow { name: name.clone(), unit: entry.unit.clone(), values });
                 rows.len() - 1
             });
             let std = entry.std.unwrap_or(f64::NAN);

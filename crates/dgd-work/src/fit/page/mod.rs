@@ -90,7 +90,7 @@ fn outputs(fitted: &FitResult) -> Markup {
         if sets.iter().all(Option::is_none) {
             continue;
         }
-        let entry = fitted.result.outputs.get(&output.name);
+        let entry = fitted.result.outputs.get(&*output.name);
         // The noise of innovations is no standard deviation of the residuals.
         let noise = entry.and_then(|entry| match &entry.noise {
             Some(NoiseEntry::Std(std)) => Some(*std),

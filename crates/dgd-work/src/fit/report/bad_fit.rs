@@ -4,7 +4,7 @@ use std::fmt;
 
 use super::quality::RARE;
 use crate::output::quantity::short;
-use crate::result::fit::{FitDocument, OutputEntry};
+use crate::result::fit::{FitDocument, OutputEntry, QualityEntry};
 
 /// A fit whose residuals exceed the declared noise by more than this factor is bad.
 const BAD: f64 = 2.0;
@@ -28,18 +28,17 @@ impl BadFit {
     /// `None` if the fit is not bad.
     pub(crate) fn find(result: &FitDocument) -> Option<Self> {
         let outputs = || result.outputs.iter().filter(|(_, output)| output.fitted != Some(false));
-        let quality = |output: &OutputEntry| output.quality.as_ref()?.train.clone();
         let is_worse = |output: &OutputEntry| {
-            let percent = quality(output).and_then(|quality| quality.fit_percent);
+            let percent = training_quality(output).and_then(|quality| quality.fit_percent);
             percent.is_some_and(|percent| percent < WORSE_THAN_MEAN)
         };
         let worse = outputs().filter(|(_, output)| is_worse(output));
-        let worse: Vec<String> = worse.map(|(name, _)| name.to_owned()).collect();
+        let worse: Vec<String> = worse.map(|(name, _)| name.clone()).collect();
         if !worse.is_empty() {
             return Some(BadFit::WorseThanMean(worse));
         }
         let judged = outputs().filter_map(|(name, output)| {
-            let samples = quality(output).map_or(1, |quality| quality.samples);
+            let samples = training_quality(output).map_or(1, |quality| quality.samples);
             Some((name, output.over_declared_noise.as_ref()?, samples as f64))
         });
         let judged: Vec<_> = judged.collect();
@@ -60,6 +59,10 @@ impl BadFit {
             judged.iter().map(|(_, excess, samples)| samples * excess.times * excess.times).sum();
         Some(BadFit::AboveNoise((squares / samples).sqrt()))
     }
+}
+
+fn training_quality(output: &OutputEntry) -> Option<&QualityEntry> {
+    output.quality.as_ref()?.train.as_ref()
 }
 
 impl fmt::Display for BadFit {

@@ -92,7 +92,7 @@ pub struct ContenderOutput {
 pub struct FailedEntry {
     /// As in the request.
     pub name: String,
-    /// Why.
+    /// The reason.
     pub reason: String,
 }
 
@@ -116,10 +116,10 @@ pub struct LikelihoodRatioEntry {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 pub struct BestContenders {
-    /// By Akaike's criterion.
+    /// The contender with the smallest value of Akaike's criterion.
     pub aic: Option<String>,
-    /// By Schwarz's criterion.
+    /// The contender with the smallest value of Schwarz's criterion.
     pub bic: Option<String>,
-    /// By relative errors in validation.
+    /// The contender with the smallest relative errors in validation.
     pub valid: Option<String>,
 }

@@ -66,7 +66,7 @@ pub struct DiscoverDocument {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 pub struct EffectEntry {
-    /// With its arguments.
+    /// Name with arguments.
     pub name: String,
     /// `plant`, `sensor` or `input`.
     pub kind: String,
@@ -96,7 +96,7 @@ pub struct EffectEntry {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 pub struct AlternativeEntry {
-    /// With its arguments.
+    /// Name with arguments.
     pub name: String,
     /// The choice of its form.
     pub form: Option<String>,
@@ -148,7 +148,7 @@ pub struct ConditionEntry {
     pub share_inside: Option<f64>,
     /// Share of the rest in which it holds.
     pub share_outside: Option<f64>,
-    /// Of windows at random times.
+    /// Probability that windows at random times coincide as well.
     pub p_value: Option<f64>,
 }
 
@@ -339,7 +339,7 @@ pub struct GroupValue {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 pub struct DescribedEntry {
-    /// With its arguments.
+    /// Name with arguments.
     pub name: String,
     /// `plant`, `sensor` or `input`.
     pub kind: String,
@@ -403,7 +403,7 @@ pub struct CourseEntry {
     pub course: String,
     /// R² on held-out data.
     pub r2_held_out: Option<f64>,
-    /// What was held out: `recordings` or `parts`.
+    /// The held-out data: `recordings`, or `parts` of them.
     pub held_out: String,
 }
 
@@ -417,7 +417,7 @@ pub struct GuessEntry {
     pub coefficients: Vec<GuessTermEntry>,
     /// R² on held-out data.
     pub r2_held_out: Option<f64>,
-    /// What was held out: `recordings` or `parts`.
+    /// The held-out data: `recordings`, or `parts` of them.
     pub held_out: String,
     /// Residual variance without it, as a multiple of the noise variance.
     pub left_before: Option<f64>,
@@ -459,7 +459,7 @@ pub struct LawFile {
 pub struct UntriedPlace {
     /// The place.
     pub target: String,
-    /// Why.
+    /// The reason.
     pub reason: String,
 }
 
@@ -467,7 +467,7 @@ pub struct UntriedPlace {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 pub struct PowerEntry {
-    /// With its arguments.
+    /// Name with arguments.
     pub name: String,
     /// Its parameter.
     pub parameter: String,
@@ -529,9 +529,9 @@ pub struct RankedEntry {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 pub struct ScreenedEntry {
-    /// With its arguments.
+    /// Name with arguments.
     pub name: String,
-    /// By the screen.
+    /// The share that the screen estimates.
     pub share: Option<f64>,
 }
 
@@ -539,8 +539,8 @@ pub struct ScreenedEntry {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 pub struct UntriedEffect {
-    /// With its arguments.
+    /// Name with arguments.
     pub name: String,
-    /// Why.
+    /// The reason.
     pub reason: String,
 }

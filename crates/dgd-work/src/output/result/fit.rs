@@ -205,7 +205,7 @@ impl From<dgd_identify::BoundReached> for BoundEntry {
     }
 }
 
-/// What a regression adds to an estimate.
+/// Details of an estimate by regression.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 pub struct RegressionEstimate {
@@ -251,16 +251,6 @@ pub enum NoiseEntry {
     Std(f64),
     /// An estimate of its standard deviation.
     Estimate(Box<EstimateEntry>),
-}
-
-impl NoiseEntry {
-    /// The standard deviation of the noise.
-    pub fn std(&self) -> Option<f64> {
-        match self {
-            NoiseEntry::Std(std) => Some(*std),
-            NoiseEntry::Estimate(estimate) => estimate.value,
-        }
-    }
 }
 
 /// Size of the residuals of an output relative to its declared noise.
@@ -311,9 +301,9 @@ pub struct QualityEntry {
 pub struct WhitenessEntry {
     /// Number of lags.
     pub lags: usize,
-    /// Of the test.
+    /// The test statistic.
     pub statistic: Option<f64>,
-    /// Of white noise.
+    /// Probability of such a statistic for white noise.
     pub p_value: Option<f64>,
     /// By lag.
     pub autocorrelation: Vec<Option<f64>>,
@@ -331,7 +321,7 @@ pub struct InputTestEntry {
     pub largest: Option<f64>,
     /// Correlations of unrelated signals stay below it.
     pub limit: Option<f64>,
-    /// Of unrelated signals.
+    /// Probability of such a correlation for unrelated signals.
     pub p_value: Option<f64>,
     /// By lag.
     pub correlation: Vec<Option<f64>>,
@@ -351,7 +341,7 @@ pub struct RecordingValues<T> {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 pub struct RegressionRowEntry {
-    /// Of the equation or output.
+    /// Name of the equation or output.
     pub name: String,
     /// `output` or `equation`.
     pub of: String,
@@ -374,9 +364,9 @@ pub struct RegressionRowEntry {
 pub enum UndeterminedTerm {
     /// An estimate and its relative change, %.
     Change {
-        /// Of the estimate.
+        /// Name of the estimate.
         name: String,
-        /// In percent.
+        /// Relative change, %.
         relative_change: Option<f64>,
     },
     /// An estimate, or a level of noise.
@@ -392,7 +382,7 @@ impl UndeterminedTerm {
     }
 }
 
-/// What a regression adds to a result.
+/// Details that only a regression has.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 pub struct RegressionDetails {
@@ -440,7 +430,7 @@ pub struct FewSamplesEntry {
     pub unit: Option<String>,
 }
 
-/// What a fit by simulation adds to a result.
+/// Details that only a fit by simulation has.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 pub struct SimulationDetails {
@@ -599,7 +589,7 @@ pub struct BootstrapEntry {
 pub struct MultiStartResult {
     /// Number of points, that of the model included.
     pub points: usize,
-    /// What the other points were drawn from.
+    /// The distribution of the other points.
     pub spread: StartSpread,
     /// The outcome of each point.
     pub ends: Vec<StartEntry>,
@@ -620,7 +610,7 @@ pub struct MultiStartResult {
     pub left_out: usize,
 }
 
-/// What starting points are drawn from.
+/// The distribution of starting points.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(rename_all = "lowercase")]
@@ -733,11 +723,11 @@ pub struct InformationEntry {
     pub outputs: ByName<Option<f64>>,
     /// By recording.
     pub recordings: Vec<RecordingShare>,
-    /// Of samples in steady operation.
+    /// Share of samples in steady operation.
     pub steady: Option<f64>,
-    /// Of samples in transients.
+    /// Share of samples in transients.
     pub transient: Option<f64>,
-    /// Of samples at each operating point.
+    /// Share of samples at each operating point.
     pub operating_points: Vec<Option<f64>>,
     /// The standard deviation with twice the samples, relative to the present one.
     pub std_with_as_much_again: StdWithMore,
@@ -759,11 +749,11 @@ pub struct RecordingShare {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 pub struct StdWithMore {
-    /// With all samples again.
+    /// If all recordings are repeated.
     pub all: Option<f64>,
-    /// With the transients again; null if there are too few of them.
+    /// If the transients are repeated; null without any.
     pub transient: Option<f64>,
-    /// With the samples at each operating point again.
+    /// If the samples at an operating point are repeated, by operating point.
     pub operating_points: Vec<Option<f64>>,
 }
 

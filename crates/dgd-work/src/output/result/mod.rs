@@ -3,7 +3,6 @@
 //! A type here is written and read by serde, and `docs/results.schema.json` follows from it (a test compares them). A key
 //! is left out where an estimator or a request has nothing of its kind, and null where its value is unknown.
 
-mod by_name;
 pub mod compare;
 pub mod discover;
 pub mod fit;
@@ -12,4 +11,5 @@ pub mod linearize;
 mod schema;
 pub mod simulate;
 
-pub use by_name::ByName;
+/// Entries by name, in the order of the model: a JSON object.
+pub type ByName<T> = indexmap::IndexMap<String, T>;
