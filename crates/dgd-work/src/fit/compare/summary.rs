@@ -98,7 +98,7 @@ pub(super) struct ParameterRow {
 pub(super) fn parameters(all: &FitComparison) -> Vec<ParameterRow> {
     let mut rows: Vec<ParameterRow> = Vec::new();
     for k in 0..all.contenders.len() {
-        for (name, entry) in all.contenders[k].fitted.result().parameters.iter() {
+        for (name, entry) in &all.contenders[k].fitted.result().parameters {
             let position = rows.iter().position(|row| row.name == *name && row.unit == entry.unit);
             let position = position.unwrap_or_else(|| {
                 let values = vec![None; all.contenders.len()];

@@ -81,7 +81,7 @@ const DIGITS: i32 = 6;
 const HEAD: [&str; 5] = ["estimate", "value ± std", "unit", "± std, %", "remark"];
 
 fn push_rows(table: &mut PageTable, estimates: &ByName<EstimateEntry>) {
-    for (called, entry) in estimates.iter() {
+    for (called, entry) in estimates {
         let shown = match (entry.value, entry.std) {
             (None, _) => "–".to_owned(),
             (Some(value), Some(std)) if std > 0.0 => UncertainValue::new(value, std).to_string(),

@@ -96,7 +96,7 @@ fn minima(several: &MultiStartResult) -> Markup {
     led.extend(shown.iter().map(points));
     table.rows.push(led);
     table.rows.push(row("deviance above the best", &|minimum| minimum.deviance_above));
-    for (called, entry) in first.estimates.iter() {
+    for (called, entry) in &first.estimates {
         let mut row = vec![name(called), unit(&entry.unit)];
         let value = |minimum: &MinimumEntry| minimum.estimates.get(called)?.value;
         row.extend(shown.iter().map(|minimum| number(value(minimum), 5)));
