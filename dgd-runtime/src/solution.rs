@@ -45,7 +45,7 @@ pub struct Solution {
     pub undefined: Vec<UndefinedSensitivity>,
     /// Thresholds on which the run began, so that sensitivities are one-sided.
     pub one_sided: Vec<OneSided>,
-    /// State for continuing this run; only of a resumable run ([`WantedResults::Resumed`](crate::Wanted)).
+    /// State for continuing this run; only of a resumable run ([`WantedResults::Resumed`](crate::WantedResults)).
     pub memory: Option<RunMemory>,
     /// Counts of the work done.
     pub statistics: Statistics,

@@ -39,10 +39,10 @@ pub struct Discovery {
     /// The terms that were missing, with the verdict [`Verdict::Law`].
     pub law: Option<FoundLaw>,
     /// Laws in different equations that explain the recordings equally well, with the verdict
-    /// [`Verdict::UnexplainedError`].
+    /// [`Verdict::Unexplained`].
     pub rivals: Vec<RivalLaw>,
     /// The condition outside which the base model explains the recordings, with the verdict
-    /// [`Verdict::UnexplainedError`].
+    /// [`Verdict::Unexplained`].
     pub regime: Option<FoundRegime>,
     /// Wrong numbers of the model's text and faults of the recordings, with the verdict [`Verdict::Plain`].
     pub plain: Option<PlainCauses>,
