@@ -28,17 +28,17 @@
 //!
 //! ```
 //! use dgd_data::InMemory;
-//! use dgd_work::{FitRequest, Session, Silent, fit};
+//! use dgd_work::{FitRequest, SilentReporter, TaskContext, fit};
 //!
 //! let files = InMemory::default()
-//!     .with("cooling.dgd", "model cooling\n\
+//!     .with_file("cooling.dgd", "model cooling\n\
 //!         parameter tau [s] = 100 in 1 .. 1e4\n\
 //!         state T [K] = 80\n\
 //!         equation cooling: tau*der(T) = -T\n\
 //!         output T [K] noise 0.1\n")
-//!     .with("cup.csv", "time [s],T [K]\n0,80.1\n50,53.2\n100,36.1\n200,16.0\n300,7.1\n");
-//! let session = Session::new(&Silent).with_files(&files);
-//! let fitted = fit(&FitRequest::new("cooling.dgd", vec!["cup.csv".into()]), session)?;
+//!     .with_file("cup.csv", "time [s],T [K]\n0,80.1\n50,53.2\n100,36.1\n200,16.0\n300,7.1\n");
+//! let context = TaskContext::new(&SilentReporter).with_files(&files);
+//! let fitted = fit(&FitRequest::new("cooling.dgd", vec!["cup.csv".into()]), context)?;
 //! assert!((fitted.estimates[0].value - 124.5).abs() < 1.0);
 //! # Ok::<(), dgd_work::WorkError>(())
 //! ```
