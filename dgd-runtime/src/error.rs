@@ -2,6 +2,7 @@
 
 use std::fmt;
 
+use dgd_signature::FULL_BUILD;
 use dgd_signature::number::short;
 
 use crate::algebraic::domain::DomainEnd;
@@ -227,6 +228,15 @@ pub enum BadRequest {
         unknowns: usize,
         /// The chosen position, from 0.
         position: usize,
+    },
+    /// The model needs a sparse factorisation, which this build does not have.
+    NeedsSparse {
+        /// The model.
+        model: String,
+        /// Number of its unknowns.
+        unknowns: usize,
+        /// Non-zeros of its Jacobian.
+        non_zeros: usize,
     },
     /// A tolerance is not a positive number.
     Tolerance {
@@ -498,6 +508,13 @@ impl fmt::Display for BadRequest {
                 "`{model}` has {}, and number {} is to be kept",
                 CountedNoun(*unknowns, "unknown"),
                 position + 1
+            ),
+            Self::NeedsSparse { model, unknowns, non_zeros } => write!(
+                f,
+                "the {} of `{model}` need a sparse factorisation ({} in no band), which this build does not have; \
+                 the feature `sparse` adds it, and `{FULL_BUILD}` the whole program",
+                CountedNoun(*unknowns, "unknown"),
+                CountedNoun(*non_zeros, "derivative"),
             ),
             Self::Tolerance { name, value } => {
                 write!(f, "`{name}` is {value} and must be a positive number")

@@ -9,8 +9,10 @@ use crate::integrate::catalogue::{self, Method};
 use crate::integrate::fixed_step::Steps;
 use crate::integrate::watched::RunMonitor;
 use crate::integrate::{PastSolution, RunMemory};
+use crate::linalg::Factorisation;
 use crate::observe::delay::delays;
 use crate::signal::{Delayed, InputError, Inputs};
+use crate::solved::SolvableSystem;
 use crate::system::{Direction, EvaluationPoint, System};
 
 /// A model with its parameters, inputs and start values.
@@ -131,6 +133,23 @@ impl<S: System> Problem<'_, S> {
             }
         }
         Ok(())
+    }
+}
+
+impl<S: SolvableSystem> Problem<'_, S> {
+    /// Checks that this build has the factorisation for the model's Jacobian.
+    ///
+    /// # Errors
+    ///
+    /// [`BadRequest::NeedsSparse`].
+    pub(crate) fn verify_factorisation(&self) -> Result<(), BadRequest> {
+        let signature = self.system.signature();
+        let unknowns = signature.unknowns.len();
+        if S::Factorisation::is_built(unknowns, &signature.jacobian) {
+            return Ok(());
+        }
+        let (model, non_zeros) = (signature.name.to_string(), signature.jacobian.len());
+        Err(BadRequest::NeedsSparse { model, unknowns, non_zeros })
     }
 }
 

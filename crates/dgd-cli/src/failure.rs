@@ -4,6 +4,7 @@ use std::fmt;
 
 use dgd_compiler::diagnostics::{Diagnostic, Diagnostics};
 use dgd_compiler::source::SourceMap;
+use dgd_runtime::signature::FULL_BUILD;
 use dgd_work::{TaskEnd, WorkError};
 
 /// The reason why a command failed; each kind has its exit code.
@@ -38,6 +39,17 @@ impl CommandError {
     pub(crate) fn diagnosed(diagnostics: &Diagnostics, sources: SourceMap) -> Self {
         let diagnostics = diagnostics.sorted().into_iter().cloned().collect();
         CommandError::Diagnosed { diagnostics, sources }
+    }
+
+    /// This build lacks a part of the program; `instead` is a way without it.
+    pub(crate) fn not_built(part: &str, instead: &str) -> Self {
+        let mut message = format!(
+            "this build of dgd has no {part}; the whole program is installed by `{FULL_BUILD}`"
+        );
+        if !instead.is_empty() {
+            message = format!("{message}; {instead}");
+        }
+        CommandError::Usage(message)
     }
 
     /// The same failure after the result has reported it.

@@ -132,8 +132,8 @@ fn perform(command: &Command, console: Console<'_>) -> Result<(), CommandError> 
         Command::Job(args) => command::job::run(args, console),
         Command::Methods => command::methods::run(console),
         Command::Schema => command::schema::run(console),
-        Command::Completions(args) => command::shells::completions(args, console),
-        Command::Man(args) => command::shells::man(args, console),
+        Command::Completions(args) => command::shells::run(args, console),
+        Command::Man(args) => command::man::run(args, console),
         Command::Lsp(_) => command::lsp::run(),
     }
 }

@@ -56,10 +56,7 @@ impl TableFormat {
     ) -> Result<TableFormat, CommandError> {
         match TableFormat::named(path) {
             Some(TableFormat::Parquet) if !HAS_PARQUET => {
-                return Err(CommandError::Usage(format!(
-                    "`-o {}`: this build does not write Parquet: write a `.csv` file, or build dgd with `--features parquet`",
-                    path.display()
-                )));
+                return Err(CommandError::not_built("Parquet", "or write a `.csv` file"));
             }
             Some(named) => return Ok(named),
             None => {}

@@ -19,6 +19,8 @@ use crate::open::{DiskFiles, FileSystem, STANDARD_INPUT};
 use crate::parquet::{MAGIC, RandomAccess};
 use crate::sha256::{DigestingReader, Sha256Digest};
 use crate::table::{DataTable, DisorderPolicy};
+#[cfg(not(feature = "parquet"))]
+use dgd_runtime::signature::FULL_BUILD;
 
 /// Bytes of text kept so that a diagnostic can show its line. For a longer text only the lines down to the header are
 /// kept, and the diagnostic gives the line number.
@@ -262,7 +264,7 @@ fn parquet_columns(
     diagnostics: &mut Diagnostics,
 ) -> Result<DataTable, ErrorReported> {
     let refusal = unreadable(name, "", sources, "it is Parquet, which this build does not read");
-    let help = "write it as `.csv`, or build dgd with `--features parquet`";
+    let help = format!("write it as `.csv`, or install the whole program: `{FULL_BUILD}`");
     Err(diagnostics.error(refusal.help(help)))
 }
 

@@ -55,3 +55,6 @@ pub type Text = Cow<'static, str>;
 
 /// A list that a generated model borrows and a loaded one owns.
 pub type List<T> = Cow<'static, [T]>;
+
+/// The command that installs dgd with all its features, for messages about one that a build lacks.
+pub const FULL_BUILD: &str = "cargo install --path crates/dgd-cli --features full";

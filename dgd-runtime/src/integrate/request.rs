@@ -1,8 +1,10 @@
 //! The public functions that simulate, and the checks of their arguments.
 
 use crate::error::{BadRequest, Failure, IntegrateError};
+use crate::integrate::catalogue::Method;
 use crate::integrate::delay::history;
 use crate::integrate::fixed_step::{self, Steps};
+use crate::integrate::methods::family::EndEquations;
 use crate::integrate::methods::stepper::SensitivityWorkspace;
 use crate::integrate::simulation::Simulation;
 use crate::observe::delay::DelayedOutputTimes;
@@ -215,7 +217,21 @@ pub(super) fn verify<S: SolvableSystem>(
 ) -> Result<(), IntegrateError> {
     problem.verify().map_err(IntegrateError::BadRequest)?;
     verify_request(times, options).map_err(IntegrateError::BadRequest)?;
+    verify_built(problem, options.method)?;
     verify_inputs(problem, times).map_err(IntegrateError::Inputs)
+}
+
+/// Checks that this build has the factorisation that a run by the method, or the search for its start, needs.
+fn verify_built<S: SolvableSystem>(
+    problem: &Problem<'_, S>,
+    method: &Method,
+) -> Result<(), IntegrateError> {
+    let is_factorised = method.kind.traits().solves != EndEquations::Nothing
+        || problem.system.signature().unknowns.n_algebraic() > 0;
+    if is_factorised {
+        problem.verify_factorisation().map_err(IntegrateError::BadRequest)?;
+    }
+    Ok(())
 }
 
 /// Checks that the chosen unknowns exist.

@@ -37,6 +37,16 @@ impl AutoLu {
 }
 
 impl Factorisation for AutoLu {
+    #[cfg(not(feature = "sparse"))]
+    fn is_built(n: usize, jacobian: &Pattern) -> bool {
+        n <= DENSE_UP_TO || {
+            let (order, width) = narrowest(n, jacobian);
+            width.lower.max(width.upper) <= 1
+                || cheapest(n, jacobian.len(), &Staircase::new(n, jacobian, &order))
+                    != FactorisationKind::Sparse
+        }
+    }
+
     fn new(n: usize, jacobian: &Pattern) -> Self {
         if n <= DENSE_UP_TO {
             return Self::Dense(DenseLu::new(n, jacobian));
@@ -56,6 +66,9 @@ impl Factorisation for AutoLu {
                 drop((order, steps));
                 Self::Sparse(Box::new(SparseLu::new(n, jacobian)))
             }
+            // A run of such a model is refused before it begins.
+            #[cfg(not(feature = "sparse"))]
+            FactorisationKind::Sparse => Self::Dense(DenseLu::new(n, jacobian)),
         }
     }
 
@@ -117,7 +130,6 @@ impl Factorisation for AutoLu {
 enum FactorisationKind {
     Dense,
     Banded,
-    #[cfg(feature = "sparse")]
     Sparse,
 }
 
@@ -131,20 +143,20 @@ enum FactorisationKind {
 /// ```
 ///
 /// Twenty is the cost of an indexed access. A band must save at least a fifth, since its columns are longer than those
-/// of a full matrix and its right-hand sides are permuted.
-#[cfg_attr(not(feature = "sparse"), allow(unused_variables))]
+/// of a full matrix and its right-hand sides are permuted. A build without the sparse factorisation takes a band in its
+/// place, but no full matrix.
 fn cheapest(n: usize, non_zeros: usize, steps: &Staircase) -> FactorisationKind {
     let (elimination, solution) = steps.work();
     let n = n as f64;
     let dense = n * n * (n / 3.0 + SOLUTIONS);
     let banded = 1.25 * (elimination + SOLUTIONS * solution);
-    #[cfg(feature = "sparse")]
+    let per_row = 1.0 + non_zeros as f64 / n;
+    let sparse = 20.0 * n * per_row * n.log2() * (per_row + SOLUTIONS);
+    let other = if banded <= dense { FactorisationKind::Banded } else { FactorisationKind::Dense };
+    if sparse < dense.min(banded) && (cfg!(feature = "sparse") || other == FactorisationKind::Dense)
     {
-        let per_row = 1.0 + non_zeros as f64 / n;
-        let sparse = 20.0 * n * per_row * n.log2() * (per_row + SOLUTIONS);
-        if sparse < dense.min(banded) {
-            return FactorisationKind::Sparse;
-        }
+        FactorisationKind::Sparse
+    } else {
+        other
     }
-    if banded <= dense { FactorisationKind::Banded } else { FactorisationKind::Dense }
 }

@@ -4,7 +4,7 @@
 //! its interpreted twin give the same bits. Models of more than a few dozen unknowns use [`AutoLu`], which chooses by
 //! the pattern: [`TridiagonalLu`] or [`BandedLu`] if it finds an order of the unknowns in which the matrix is narrowly
 //! banded or block-tridiagonal with small blocks; otherwise `SparseLu`, of the feature `sparse`, or [`DenseLu`] if
-//! neither is faster.
+//! neither is faster. Without that feature, runs of models that need it are refused ([`Factorisation::is_built`]).
 
 mod auto;
 mod banded;
@@ -52,6 +52,12 @@ pub struct Pivot {
 /// Pivots are chosen by weighted rows (`weights`), whatever the units of unknowns and the factors of equations; the
 /// pivots themselves are those of W as given.
 pub trait Factorisation: Clone {
+    /// Whether this build has the factorisation that is fastest for n unknowns and this pattern of J.
+    #[inline]
+    fn is_built(_n: usize, _jacobian: &Pattern) -> bool {
+        true
+    }
+
     /// Work space for n unknowns and this pattern of J.
     fn new(n: usize, jacobian: &Pattern) -> Self;
 
@@ -216,14 +222,14 @@ mod tests {
     fn matrices_without_a_band_are_full_or_sparse() {
         let (pattern, _) = scattered(90);
         assert!(matches!(AutoLu::new(90, &pattern), AutoLu::Dense(_)));
+        assert!(AutoLu::is_built(90, &pattern));
+        // Each row reads two distant unknowns.
+        let n = 3000;
+        let far = (0..n).flat_map(|i| [1, 7919].map(|k| (i, (i * i * k + 5) % n)));
+        let pattern = Pattern::from_places(&far.collect::<Vec<_>>());
         #[cfg(feature = "sparse")]
-        {
-            // Each row reads two distant unknowns.
-            let n = 3000;
-            let far = (0..n).flat_map(|i| [1, 7919].map(|k| (i, (i * i * k + 5) % n)));
-            let pattern = Pattern::from_places(&far.collect::<Vec<_>>());
-            assert!(matches!(AutoLu::new(n, &pattern), AutoLu::Sparse(_)));
-        }
+        assert!(matches!(AutoLu::new(n, &pattern), AutoLu::Sparse(_)));
+        assert_eq!(AutoLu::is_built(n, &pattern), cfg!(feature = "sparse"));
     }
 
     #[test]
@@ -303,11 +309,9 @@ mod tests {
         assert_eq!(row_of_failure::<FixedLu<3>>(3, &zero_row), 2);
         assert_eq!(row_of_failure::<DenseLu>(3, &zero_row), 2);
         #[cfg(feature = "sparse")]
-        #[cfg(feature = "sparse")]
         assert_eq!(row_of_failure::<SparseLu>(3, &zero_row), 2);
         let not_finite = [1.0, f64::NAN, 1.0, 1.0, 0.0];
         row_of_failure::<FixedLu<3>>(3, &not_finite);
-        #[cfg(feature = "sparse")]
         #[cfg(feature = "sparse")]
         row_of_failure::<SparseLu>(3, &not_finite);
     }
@@ -323,7 +327,6 @@ mod tests {
         let expected = Pivot { row: 0, magnitude: 0.5 };
         assert_eq!(smallest::<FixedLu<2>>(), expected);
         assert_eq!(smallest::<DenseLu>(), expected);
-        #[cfg(feature = "sparse")]
         #[cfg(feature = "sparse")]
         assert_eq!(smallest::<SparseLu>(), expected);
     }

@@ -82,8 +82,8 @@ fn found<S: SolvableSystem>(
     options: &Options,
     may_hold: bool,
 ) -> Result<SteadyState, SteadyStateError> {
-    let verified = problem.verify().map_err(IntegrateError::BadRequest);
-    verified.map_err(SteadyStateError::Start)?;
+    let verified = problem.verify().and_then(|()| problem.verify_factorisation());
+    verified.map_err(|error| SteadyStateError::Start(IntegrateError::BadRequest(error)))?;
     let mut constant = vec![0.0; problem.inputs.len()];
     problem
         .inputs

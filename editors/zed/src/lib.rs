@@ -13,7 +13,7 @@ impl Extension for Dgd {
 
     fn language_server_command(&mut self, _id: &LanguageServerId, worktree: &Worktree) -> Result<Command> {
         let command = worktree.which("dgd");
-        let command = command.ok_or("`dgd` is not in PATH; `cargo install --path dgd-cli` puts it there")?;
+        let command = command.ok_or("`dgd` is not in PATH; `cargo install --path crates/dgd-cli --features full` puts it there")?;
         Ok(Command { command, args: vec!["lsp".to_owned()], env: worktree.shell_env() })
     }
 }

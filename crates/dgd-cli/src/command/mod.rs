@@ -16,4 +16,4 @@ mod text;
 pub(crate) mod track;
 pub(crate) mod watch;
 
-pub(crate) use text::{check, emit, explain, fmt, lsp, methods, schema, shells};
+pub(crate) use text::{check, emit, explain, fmt, lsp, man, methods, schema, shells};

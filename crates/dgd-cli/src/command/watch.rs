@@ -36,12 +36,8 @@ pub(crate) fn run(args: &WatchArgs, console: Console<'_>) -> Result<(), CommandE
     })
 }
 
-/// Explains how to get the command.
+/// Refuses: this build has no server.
 #[cfg(not(feature = "watch"))]
 pub(crate) fn run(_: &WatchArgs, _: Console<'_>) -> Result<(), CommandError> {
-    Err(CommandError::Usage(
-        "this dgd was built without `watch`; `cargo install --path crates/dgd-cli --features watch` builds it in, and \
-         `cargo run --release --features dgd-cli/watch -- watch …` runs it"
-            .to_owned(),
-    ))
+    Err(CommandError::not_built("`watch`", "`dgd simulate --plot` draws a picture once"))
 }

@@ -179,17 +179,6 @@ fn a_parquet_file_holds_what_the_csv_does() {
     }
 }
 
-#[cfg(not(feature = "parquet"))]
-#[test]
-fn a_build_without_parquet_says_how_to_get_it() {
-    let folder = folder();
-    let write = ["simulate", "t.dgd", "--data", "d.csv", "-o", "t.parquet"];
-    dgd_in(folder.path(), &write).refused(2, &["does not write Parquet", "--features parquet"]);
-    fs::write(folder.path().join("t.parquet"), b"PAR1 a table PAR1").expect("writable");
-    let read = ["simulate", "t.dgd", "--data", "t.parquet"];
-    dgd_in(folder.path(), &read).refused(1, &["does not read", "--features parquet"]);
-}
-
 #[test]
 fn a_file_holds_what_its_name_says() {
     let folder = folder();

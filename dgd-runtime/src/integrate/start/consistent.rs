@@ -39,6 +39,9 @@ pub fn consistent_start<S: SolvableSystem>(
 ) -> Result<ConsistentStart, IntegrateError> {
     options.verify().map_err(IntegrateError::BadRequest)?;
     problem.verify().map_err(IntegrateError::BadRequest)?;
+    if problem.system.signature().unknowns.n_algebraic() > 0 {
+        problem.verify_factorisation().map_err(IntegrateError::BadRequest)?;
+    }
     problem.inputs.cover(t, t).map_err(IntegrateError::Inputs)?;
     let system = problem.system;
     let signature = system.signature();

@@ -1,10 +1,13 @@
 //! `dgd emit`: any stage of the compiler in readable form.
 
+#[cfg(feature = "emit")]
 use dgd_compiler::codegen;
 use dgd_compiler::dae::text as dae_text;
 use dgd_compiler::model::text as model_text;
 use dgd_compiler::model::typeset::{latex, markdown};
 use dgd_compiler::pipeline::SensitivityDirections;
+use dgd_compiler::program::Program;
+use dgd_compiler::source::SourceMap;
 use dgd_compiler::syntax::print;
 use dgd_work::load;
 
@@ -26,14 +29,7 @@ pub(crate) fn run(args: &EmitArgs, console: Console<'_>) -> Result<(), CommandEr
         CompilerStage::Model => model_text::write(&compiled.model),
         CompilerStage::Dae => dae_text::write(&compiled.dae),
         CompilerStage::Program => compiled.program.to_string(),
-        CompilerStage::Rust => {
-            let name = &compiled.program.signature.name;
-            let tokens = codegen::generate(&compiled.program, name, &loaded.sources);
-            let file = syn::parse2(tokens).map_err(|error| {
-                CommandError::Computation(format!("the generated Rust does not parse: {error}"))
-            })?;
-            prettyplease::unparse(&file)
-        }
+        CompilerStage::Rust => rust(&compiled.program, &loaded.sources)?,
         CompilerStage::Latex => latex::write(&compiled.asts, &compiled.model),
         CompilerStage::Markdown => {
             let path = args.model.display().to_string();
@@ -41,4 +37,23 @@ pub(crate) fn run(args: &EmitArgs, console: Console<'_>) -> Result<(), CommandEr
         }
     };
     console.result(&text)
+}
+
+/// The generated Rust.
+#[cfg(feature = "emit")]
+fn rust(program: &Program, sources: &SourceMap) -> Result<String, CommandError> {
+    let tokens = codegen::generate(program, &program.signature.name, sources);
+    let file = syn::parse2(tokens).map_err(|error| {
+        CommandError::Computation(format!("the generated Rust does not parse: {error}"))
+    })?;
+    Ok(prettyplease::unparse(&file))
+}
+
+/// Refuses: this build does not format Rust.
+#[cfg(not(feature = "emit"))]
+fn rust(_: &Program, _: &SourceMap) -> Result<String, CommandError> {
+    Err(CommandError::not_built(
+        "`emit --stage rust`",
+        "`--stage program` lists the same operations",
+    ))
 }
