@@ -107,7 +107,7 @@ Right:
     constant g [m/s^2] = 9.81
 "#
 UnexpectedToken "E105" "something else was expected" "
-The text breaks the grammar here; the message says what was expected. Each item is on
+The text breaks the grammar here; the message names the expected words. Each item is on
 its own line. It continues on the next line only while a parenthesis is open, or when the line
 ends in a comma, a colon or an operator.
 
@@ -234,7 +234,7 @@ Right:
     let a = 2*(1 + 3)
 "
 NotAnItem "E116" "not the beginning of an item" "
-Every item begins with the word that says what it is: `constant`, `parameter`, `input`, `state`,
+Every item begins with its keyword: `constant`, `parameter`, `input`, `state`,
 `unknown`, `let`, `function`, `equation`, `variant`, `output` or `import`.
 
 Wrong:
@@ -288,7 +288,7 @@ Right:
     let otherwise = 3
 "
 ClauseOutsideEffect "E120" "clause outside an effect" "
-`kind`, `form`, `null`, `replace` and `add` say how an effect changes a model. They stand in a file
+`kind`, `form`, `null`, `replace` and `add` describe the change that an effect makes. They belong to a file
 that begins with `effect NAME on MODEL` or `effect NAME(y: output)`, and not within a block of it.
 
 Wrong:
@@ -348,7 +348,7 @@ Right:
     for i in 1..N { equation decay[i]: der(x[i]) = -x[i] / 1 [s] }
 "
 UnknownName "E201" "unknown name" "
-The name is not declared in the model, in what it imports, or in the variant's chosen branch. Names
+The name is not declared in the model, in its imports, or in the variant's chosen branch. Names
 are case-sensitive.
 
 Wrong:
@@ -470,8 +470,8 @@ Right:
     equation level: der(h) = 0 [m/s]
 "
 ConditionAsNumber "E210" "condition and number confused" "
-A comparison is a condition: it stands between `if` and `then`, or beside `and`, `or` and `not`. It
-is no number, and a number is no condition.
+A comparison is a condition: it stands between `if` and `then`, or beside `and`, `or` and `not`.
+Conditions cannot be used as numbers, nor numbers as conditions.
 
 Wrong:
 
@@ -501,9 +501,9 @@ Right:
     function f3(x) = 4*x + 8
 "
 EffectMismatch "E212" "effect that does not fit the model" "
-An effect `on` one model cannot be applied to another. A template needs one argument for each of its
-own, and each must be what the template says: an input, an output, a state, an equation or a
-parameter. What an effect replaces must be used where it says so.
+An effect `on` one model cannot be applied to another. A template needs an argument for each of its
+declared ones, and of the declared kind: an input, an output, a state, an equation or a
+parameter. A name that an effect replaces must be used at the given place.
 
 Wrong:
 
@@ -522,9 +522,9 @@ Right:
     replace head in discharge by wear*head
 "
 IncompleteEffect "E213" "incomplete effect" "
-An effect says once what kind it is, `plant`, `sensor` or `input`, and changes something: `replace`
-puts an expression in the place of a name or of an output, `add` adds to an equation. Or it brings
-what shows or acts by itself, such as an `output`: declarations alone do nothing.
+An effect declares its kind once, `plant`, `sensor` or `input`, and changes something: `replace`
+exchanges a name or an output for an expression, `add` adds to an equation. It may instead declare an
+item that acts by itself, such as an `output`: other declarations alone do nothing.
 
 Wrong:
 
@@ -608,9 +608,9 @@ Right:
     equation decay: der(x) = -k*x
 "
 UnboundInput "E220" "input of a part that is not bound" "
-A part is a model, and every input of that model that its chosen variants read must be said to be
-something: an input of the enclosing model, an unknown, or what another part puts out. A choice of a variant
-that would read an input that no one binds cannot be made.
+A part is a model, and every input that its chosen variants read must be bound: to an input of the
+enclosing model, an unknown, or an output of another part. A variant that reads an unbound input
+cannot be chosen.
 
 Wrong:
 
@@ -706,7 +706,7 @@ Right:
 "
 IncompatibleUnits "E301" "units that cannot be added or compared" "
 Terms of a sum, sides of a comparison, and branches of an `if` must measure the same kind of quantity.
-Their scales may differ: bar and psi can be added. Zero goes with every unit.
+Their scales may differ: bar and psi can be added. Zero has every unit.
 
 Wrong:
 
@@ -780,8 +780,8 @@ Right:
     constant viscosity [Pa*s] = 0.02
 "
 TooManyEquations "E401" "too many equations" "
-There are more equations than unknowns. The equations named are those for which no unknown is left;
-one of them may say what another has said already, or an unknown has not been declared.
+There are more equations than unknowns. No unknown is left for the named equations: one of them may
+repeat another, or an unknown has not been declared.
 
 Wrong:
 
@@ -884,9 +884,9 @@ Right:
     output slope [m^3/s^2] = der(q)
 "
 DelayedDerivative "E407" "derivative that acts late" "
-An equation, a transition or a `let` that they read depends on what a derivative was some time ago.
-What states and unknowns were acts on a model; a derivative is made an unknown first, and so is an
-element of an array.
+An equation, a transition or a `let` that they read depends on a past value of a derivative. Only past
+values of states and unknowns may act on a model: make the derivative, or the element of an array,
+an unknown first.
 
 Wrong:
 
@@ -901,8 +901,8 @@ Right:
     equation balance: der(level) = -0.1 [1/s] * level - 0.5*delay(rate, 3 [s])
 "
 DerivativesAtSeveralTimes "E408" "output that reads derivatives at several times" "
-An output may read states, unknowns and inputs at several times. A derivative it reads at one time
-only, and all else with it.
+An output may read states, unknowns and inputs at several times. If it reads a derivative, all that it
+reads must be at one time.
 
 Wrong:
 
@@ -982,9 +982,9 @@ Right:
     equation ratio: b = 3*c
 "
 UnsolvableElement "E430" "derivative of an element that cannot be solved for" "
-The derivative of an element stands in one equation, linearly, and without other derivatives. An
-equation that needs it besides reads an `unknown` instead. The same is said where so many equations of
-loops and elements are left that they cannot be matched.
+The derivative of an element may occur in one equation only, linearly, and without other derivatives.
+Another equation that needs it reads an `unknown` instead. This is also the error if too many equations
+of loops and elements remain to match them with unknowns.
 
 Wrong:
 
@@ -1239,9 +1239,9 @@ Right:
     let shut_in = head(-1 [lpm])
 "
 SmoothWithoutFittedValues "E514" "`smooth` of values that are not fitted" "
-`smooth` is what is known before a fit of how far each point of a table is from the line between its
-neighbours. The table has one argument, three points at least, and values of which some are parameters, or
-sums of them with constant factors; the others are known.
+`smooth` is a prior for the distance of each point of a table from the line between its neighbours. The
+table needs one argument, at least three points, and some values that are parameters, or sums of
+parameters with constant factors; the others are constants.
 
 Wrong:
 
@@ -1417,9 +1417,9 @@ Right:
     0,300
 "
 UnknownSetColumn "E613" "set of something else" "
-A column of a table of sets bears the name of no parameter and of no state. What a set does not say is
-as in the model, so that a misspelt column would go unnoticed. Constants are part of the compiled model:
-what is to change from set to set is declared as a `parameter`, here `c0`.
+A column of a table of sets has the name of neither a parameter nor a state. Values that a set does not
+have are the model's, so a misspelt column would go unnoticed. Constants are part of the compiled model:
+declare a value that changes from set to set as a `parameter`, here `c0`.
 
 Wrong:
 
