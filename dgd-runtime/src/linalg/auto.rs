@@ -143,8 +143,8 @@ enum FactorisationKind {
 /// ```
 ///
 /// Twenty is the cost of an indexed access. A band must save at least a fifth, since its columns are longer than those
-/// of a full matrix and its right-hand sides are permuted. A build without the sparse factorisation takes a band in its
-/// place, but no full matrix.
+/// of a full matrix and its right-hand sides are permuted. A build without the sparse factorisation refuses runs of models
+/// for which that is the cheapest.
 fn cheapest(n: usize, non_zeros: usize, steps: &Staircase) -> FactorisationKind {
     let (elimination, solution) = steps.work();
     let n = n as f64;
@@ -152,11 +152,11 @@ fn cheapest(n: usize, non_zeros: usize, steps: &Staircase) -> FactorisationKind 
     let banded = 1.25 * (elimination + SOLUTIONS * solution);
     let per_row = 1.0 + non_zeros as f64 / n;
     let sparse = 20.0 * n * per_row * n.log2() * (per_row + SOLUTIONS);
-    let other = if banded <= dense { FactorisationKind::Banded } else { FactorisationKind::Dense };
-    if sparse < dense.min(banded) && (cfg!(feature = "sparse") || other == FactorisationKind::Dense)
-    {
+    if sparse < dense.min(banded) {
         FactorisationKind::Sparse
+    } else if banded <= dense {
+        FactorisationKind::Banded
     } else {
-        other
+        FactorisationKind::Dense
     }
 }
