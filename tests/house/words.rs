@@ -13,7 +13,7 @@ const OTHER_PACKAGES: [&str; 5] = ["bench", "fuzz", "tools/s3", "web/playground"
 const EXCEPTIONS: [(&str, usize, usize); 1] = [("dgd-scratch", 25, 7)];
 /// Marks in all string literals of the crates.
 const IN_STRINGS: usize = 86;
-/// Marks in the help of commands and options, which are comments in `crates/dgd-cli/src/args`.
+/// Marks in the help of commands and options, which are comments of arguments and requests.
 const IN_HELP: usize = 0;
 /// Marks in all docstrings of the Python package.
 const IN_DOCSTRINGS: usize = 0;
@@ -304,8 +304,10 @@ fn messages_and_help_read_like_english() {
         }
     }
     let mut help = Vec::new();
-    for path in below("crates/dgd-cli/src/args", "rs") {
-        help.extend(marked(&path, comments(&read(&path))));
+    for folder in ["crates/dgd-cli/src/args", "crates/dgd-work/src/request"] {
+        for path in below(folder, "rs") {
+            help.extend(marked(&path, comments(&read(&path))));
+        }
     }
     let mut documented = Vec::new();
     for path in below("crates/dgd-python/python", "py") {

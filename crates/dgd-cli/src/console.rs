@@ -7,6 +7,7 @@ use dgd_compiler::diagnostics::fix::written;
 use dgd_compiler::diagnostics::{Diagnostic, Fix, render, visible};
 use dgd_compiler::source::{SourceId, SourceMap, SourceText};
 use dgd_data::files::write_whole;
+use dgd_data::write::TableFormat;
 use dgd_identify::{Monitor, Progress};
 use dgd_work::{Mistake, Remark, Reporter, TaskContext, WorkError, json_text};
 use serde_json::{Value, json};
@@ -14,7 +15,7 @@ use serde_json::{Value, json};
 use crate::args::{ColorChoice, GlobalArgs, OutputFormat};
 use crate::command_line;
 use crate::failure::CommandError;
-use crate::table_file::TableFormat;
+use crate::table_file;
 use crate::targets::OutputTargets;
 
 /// Standard output and standard error, configured by the global options.
@@ -70,7 +71,7 @@ impl<'a> Console<'a> {
 
     /// The format of a table written to `--out`.
     pub(crate) fn table_format(self, path: &Path) -> Result<TableFormat, CommandError> {
-        TableFormat::from_path(path, self.global.format)
+        table_file::table_format(path, self.global.format)
     }
 
     /// Writes the result to `--out`, atomically, or to standard output.

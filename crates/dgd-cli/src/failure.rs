@@ -4,6 +4,7 @@ use std::fmt;
 
 use dgd_compiler::diagnostics::{Diagnostic, Diagnostics};
 use dgd_compiler::source::SourceMap;
+#[cfg(not(feature = "full"))]
 use dgd_runtime::signature::FULL_BUILD;
 use dgd_work::{TaskEnd, WorkError};
 
@@ -42,6 +43,7 @@ impl CommandError {
     }
 
     /// This build lacks a part of the program; `instead` is a way without it.
+    #[cfg(not(feature = "full"))]
     pub(crate) fn not_built(part: &str, instead: &str) -> Self {
         let mut message = format!(
             "this build of dgd has no {part}; the whole program is installed by `{FULL_BUILD}`"

@@ -7,7 +7,6 @@ mod console;
 mod crash;
 mod failure;
 mod interrupt;
-mod numbers;
 mod picture;
 mod progress;
 mod scratch;
@@ -22,10 +21,10 @@ use std::process::ExitCode;
 use clap::Parser;
 use dgd_compiler::diagnostics::visible;
 
-use args::{Cli, Command, JobAction, JobArgs};
+use args::{Cli, Command};
 use console::Console;
 use failure::CommandError;
-use targets::OutputTargets;
+use targets::{CommandFiles, OutputTargets};
 
 /// Runs the command line of this process.
 ///
@@ -58,12 +57,13 @@ pub fn run_words_of(start: Vec<OsString>, file: PathBuf, words: Vec<OsString>) -
 fn run_once() -> u8 {
     let cli = parsed();
     // A computation that can be cancelled handles Ctrl-C by itself.
-    if !minds_ctrl_c(&cli.command) {
+    let files = CommandFiles::new(&cli.command);
+    if !files.handles_ctrl_c {
         interrupt::mind();
     }
     let console = Console::new(&cli.global);
     let result = scratch::limit(&cli.command, &cli.global)
-        .and_then(|()| OutputTargets::verified(&cli.command, &cli.global))
+        .and_then(|()| OutputTargets::verified(&files, &cli.global))
         .and_then(|targets| perform(&cli.command, console.writing(&targets)));
     match result {
         Ok(()) => 0,
@@ -74,22 +74,6 @@ fn run_once() -> u8 {
             error.exit_code()
         }
     }
-}
-
-/// Whether a command handles Ctrl-C by itself once its computation has begun.
-fn minds_ctrl_c(command: &Command) -> bool {
-    matches!(
-        command,
-        Command::Fit(_)
-            | Command::Discover(_)
-            | Command::Compare(_)
-            | Command::Simulate(_)
-            | Command::Sensitivity(_)
-            | Command::Linearize(_)
-            | Command::Invert(_)
-            | Command::Screen(_)
-            | Command::Job(JobArgs { action: JobAction::Run(_) })
-    )
 }
 
 /// The command line. Wrong usage ends the process here, with 2.

@@ -4,13 +4,14 @@ use std::io::{self, Write};
 use std::path::PathBuf;
 
 use dgd_data::files::{ResultFolder, write_folder};
+use dgd_data::write::TableFormat;
 use dgd_work::{TaskEnd, json_text};
 use serde_json::Value;
 
 use crate::console::{Console, print, print_text};
 use crate::failure::CommandError;
 use crate::picture::{self, ImageContent};
-use crate::table_file::{TableFormat, partial_path, save_json, save_rows};
+use crate::table_file::{partial_path, save_json};
 
 /// The output of a command.
 pub(crate) struct CommandOutput<'a> {
@@ -140,7 +141,7 @@ fn save(
             match (format, json) {
                 (TableFormat::Json, Some(json)) => save_json(path, json, true)?,
                 (TableFormat::JsonLines, Some(json)) => save_json(path, json, false)?,
-                _ => save_rows(path, format, |out| (table.write)(out))?,
+                (_, _) => format.save(path, |out| (table.write)(out))?,
             }
             let rows = table.rows.map_or_else(String::new, |rows| format!(" ({rows} rows)"));
             console.remark(&format!("wrote {}{rows}", path.display()));

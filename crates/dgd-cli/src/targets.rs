@@ -7,7 +7,9 @@ use dgd_compiler::source::SourceMap;
 use dgd_data::files::journal::RunJournal;
 use dgd_data::files::{try_folder, try_whole};
 use dgd_data::open::STANDARD_INPUT;
+use dgd_data::write::TableFormat;
 use dgd_job::fleet;
+use dgd_work::ModelChoices;
 use dgd_work::WorkError;
 use dgd_work::compare;
 use dgd_work::discover;
@@ -17,7 +19,7 @@ use dgd_work::screen;
 use crate::args::{Command, GlobalArgs, JobAction, JobArgs};
 use crate::failure::CommandError;
 use crate::picture;
-use crate::table_file::{self, TableFormat};
+use crate::table_file;
 
 /// The files that a command may write.
 #[derive(Debug, Default)]
@@ -47,10 +49,10 @@ impl OutputTargets {
     /// Collects the output files of a command, and checks that they can be written and that none is also an input on
     /// the command line.
     pub(crate) fn verified(
-        command: &Command,
+        command: &CommandFiles<'_>,
         global: &GlobalArgs,
     ) -> Result<OutputTargets, CommandError> {
-        let (read, plots) = (inputs(command), plots(command));
+        let CommandFiles { read, plots, out, .. } = command;
         let streams = read.iter().filter(|path| path.as_os_str() == STANDARD_INPUT).count();
         if streams > 1 {
             return Err(CommandError::Usage(
@@ -63,7 +65,7 @@ impl OutputTargets {
         let mut add = |path: PathBuf, option: &str| {
             targets.all.push(OutputTarget { path, option: option.to_owned() });
         };
-        let out = global.out.as_deref().map(|path| (path, out(command)));
+        let out = global.out.as_deref().map(|path| (path, out));
         if let Some((path, out)) = &out {
             let option = format!("-o {}", path.display());
             match out {
@@ -80,17 +82,17 @@ impl OutputTargets {
                 }
             }
         }
-        for path in plots {
+        for path in *plots {
             add(path.clone(), &format!("--plot {}", path.display()));
         }
-        targets.spare_all(&read)?;
+        targets.spare_all(read)?;
         match &out {
             Some((path, OutKind::Table)) => {
-                TableFormat::from_path(path, global.format)?;
+                table_file::table_format(path, global.format)?;
             }
             // An existing folder may have any name.
             Some((path, OutKind::Folder(_)))
-                if TableFormat::named(path).is_some() && !path.exists() =>
+                if TableFormat::from_path(path).is_some() && !path.exists() =>
             {
                 return Err(CommandError::Usage(format!(
                     "`-o {}`: this command writes a folder, and the name is that of a file",
@@ -98,7 +100,7 @@ impl OutputTargets {
                 )));
             }
             Some((path, OutKind::File | OutKind::Layout))
-                if TableFormat::named(path) == Some(TableFormat::Parquet) =>
+                if TableFormat::from_path(path) == Some(TableFormat::Parquet) =>
             {
                 return Err(CommandError::Usage(format!(
                     "`-o {}`: the result of this command is not a table, so it cannot be Parquet",
@@ -180,91 +182,140 @@ fn identity(path: &Path) -> Option<FileIdentity> {
     }
 }
 
-/// Input files on the command line.
-fn inputs(command: &Command) -> Vec<PathBuf> {
-    let mut paths: Vec<PathBuf> = Vec::new();
-    let choices = match command {
-        Command::Check(args) => {
-            paths.push(args.model.clone());
-            Some(&args.choices)
+/// What a command reads and writes, and how it ends.
+pub(crate) struct CommandFiles<'a> {
+    /// Input files on the command line.
+    read: Vec<PathBuf>,
+    /// Image files on the command line.
+    plots: &'a [PathBuf],
+    out: OutKind,
+    /// Whether the command handles Ctrl-C by itself once its computation has begun.
+    pub handles_ctrl_c: bool,
+}
+
+impl<'a> CommandFiles<'a> {
+    pub(crate) fn new(command: &'a Command) -> Self {
+        match command {
+            Command::Check(args) => Self::of_model(&args.request.model, &args.request.choices),
+            Command::Emit(args) => Self::of_model(&args.model, &args.choices),
+            Command::Fmt(_) => Self::to(OutKind::Layout),
+            Command::Explain(_)
+            | Command::Methods
+            | Command::Schema
+            | Command::Completions(_)
+            | Command::Man(_)
+            | Command::Lsp(_) => Self::to(OutKind::File),
+            Command::New(args) => Self::to(OutKind::File).reading(&args.from),
+            Command::Adopt(request) => Self::to(OutKind::File).reading([&request.result]),
+            Command::Job(args) => Self::of_job(args),
+            Command::Simulate(args) => {
+                let run = &args.request.run;
+                let files = Self::of_model(&run.model, &run.choices).drawing(&args.plot);
+                files
+                    .reading(run.data.iter().chain(&args.request.ensemble))
+                    .computing(OutKind::Table)
+            }
+            Command::Watch(args) => {
+                let run = &args.run.request;
+                Self::of_model(&run.model, &run.choices).drawing(&args.run.plot).reading(&run.data)
+            }
+            Command::Sensitivity(args) => {
+                let run = &args.request.run;
+                let files = Self::of_model(&run.model, &run.choices).drawing(&args.plot);
+                files.reading(&run.data).computing(OutKind::Table)
+            }
+            Command::Linearize(args) => {
+                let request = &args.request;
+                let files = Self::of_model(&request.model, &request.choices).drawing(&args.plot);
+                files.reading(&request.data).computing(OutKind::Table)
+            }
+            Command::Invert(args) => {
+                let request = &args.request;
+                let files = Self::of_model(&request.model, &request.choices).drawing(&args.plot);
+                files.reading([&request.data]).computing(OutKind::Table)
+            }
+            Command::Fit(args) => {
+                let request = &args.request;
+                let files = Self::of_model(&request.model, &request.choices).drawing(&args.plot);
+                let names = fit::file_names(&request.model);
+                files
+                    .reading(request.data.iter().chain(&request.valid))
+                    .computing(OutKind::Folder(names))
+            }
+            Command::Compare(args) => {
+                let request = &args.request;
+                let models: Vec<PathBuf> =
+                    request.contenders.iter().map(|one| compare::model_of(one)).collect();
+                let files = Self::to(OutKind::File).drawing(&args.plot).reading(&models);
+                files
+                    .reading(request.data.iter().chain(&request.valid))
+                    .computing(OutKind::Folder(compare::FILES.map(str::to_owned).to_vec()))
+            }
+            // Its rows are complete one by one, so Ctrl-C may end it at any time.
+            Command::Track(args) => {
+                let request = &args.request;
+                let is_stream = request.data == Path::new("-");
+                let data = if is_stream { Path::new("/dev/stdin") } else { &request.data };
+                let files = Self::of_model(&request.model, &request.choices).drawing(&args.plot);
+                Self { out: OutKind::Table, ..files.reading([&data.to_owned()]) }
+            }
+            Command::Discover(args) => {
+                let request = &args.request;
+                let files = Self::of_model(&request.model, &request.choices).drawing(&args.plot);
+                let names = discover::file_names(&request.model);
+                files
+                    .reading(request.data.iter().chain(&request.valid))
+                    .computing(OutKind::Folder(names))
+            }
+            Command::Screen(args) => {
+                let request = &args.request;
+                let files = Self::to(OutKind::File).applying(&request.choices).drawing(&args.plot);
+                files
+                    .reading(request.model.iter().chain(&request.data))
+                    .computing(OutKind::Folder(screen::FILES.map(str::to_owned).to_vec()))
+            }
         }
-        Command::Fmt(_)
-        | Command::Explain(_)
-        | Command::Methods
-        | Command::Schema
-        | Command::Completions(_)
-        | Command::Man(_)
-        | Command::Lsp(_) => None,
-        Command::Job(args) => {
-            paths.extend(job_file(args).cloned());
-            None
+    }
+
+    fn to(out: OutKind) -> Self {
+        CommandFiles { read: Vec::new(), plots: &[], out, handles_ctrl_c: false }
+    }
+
+    fn of_model(model: &PathBuf, choices: &ModelChoices) -> Self {
+        Self::to(OutKind::File).reading([model]).applying(choices)
+    }
+
+    fn of_job(args: &JobArgs) -> Self {
+        let files = Self::to(OutKind::File).reading(job_file(args));
+        match &args.action {
+            JobAction::Run(_) => files.computing(OutKind::File),
+            JobAction::Report(_) => {
+                Self { out: OutKind::Folder(fleet::FILES.map(str::to_owned).to_vec()), ..files }
+            }
+            JobAction::Status(_) | JobAction::Tasks(_) | JobAction::Work => files,
         }
-        Command::New(args) => {
-            paths.extend(args.from.clone());
-            None
-        }
-        Command::Adopt(args) => {
-            paths.push(args.result.clone());
-            None
-        }
-        Command::Emit(args) => {
-            paths.push(args.model.clone());
-            Some(&args.choices)
-        }
-        Command::Simulate(args) => {
-            paths.push(args.run.model.clone());
-            paths.extend(args.run.data.iter().chain(&args.ensemble).cloned());
-            Some(&args.run.choices)
-        }
-        Command::Watch(args) => {
-            paths.push(args.run.model.clone());
-            paths.extend(args.run.data.clone());
-            Some(&args.run.choices)
-        }
-        Command::Sensitivity(args) => {
-            paths.push(args.run.model.clone());
-            paths.extend(args.run.data.clone());
-            Some(&args.run.choices)
-        }
-        Command::Linearize(args) => {
-            paths.push(args.model.clone());
-            paths.extend(args.data.clone());
-            Some(&args.choices)
-        }
-        Command::Invert(args) => {
-            paths.push(args.model.clone());
-            paths.push(args.data.clone());
-            Some(&args.choices)
-        }
-        Command::Fit(args) => {
-            paths.push(args.model.clone());
-            paths.extend(args.given.all().cloned());
-            Some(&args.choices)
-        }
-        Command::Compare(args) => {
-            paths.extend(args.contenders.iter().map(|one| compare::model_of(one)));
-            paths.extend(args.given.all().cloned());
-            None
-        }
-        Command::Track(args) => {
-            paths.push(args.model.clone());
-            let is_stream = args.data == Path::new("-");
-            paths.push(if is_stream { "/dev/stdin".into() } else { args.data.clone() });
-            Some(&args.choices)
-        }
-        Command::Discover(args) => {
-            paths.push(args.model.clone());
-            paths.extend(args.given.all().cloned());
-            Some(&args.choices)
-        }
-        Command::Screen(args) => {
-            paths.extend(args.model.iter().chain(&args.data).cloned());
-            Some(&args.choices)
-        }
-    };
-    let effects = choices.into_iter().flat_map(|choices| &choices.apply);
-    paths.extend(effects.map(|effect| effect.split('(').next().unwrap_or_default().trim().into()));
-    paths
+    }
+
+    fn reading<'p>(mut self, paths: impl IntoIterator<Item = &'p PathBuf>) -> Self {
+        self.read.extend(paths.into_iter().cloned());
+        self
+    }
+
+    /// Effects may be files.
+    fn applying(mut self, choices: &ModelChoices) -> Self {
+        let file = |effect: &String| effect.split('(').next().unwrap_or_default().trim().into();
+        self.read.extend(choices.apply.iter().map(file));
+        self
+    }
+
+    fn drawing(self, plots: &'a [PathBuf]) -> Self {
+        Self { plots, ..self }
+    }
+
+    /// A command that ends its computation by itself at Ctrl-C.
+    fn computing(self, out: OutKind) -> Self {
+        Self { out, handles_ctrl_c: true, ..self }
+    }
 }
 
 /// The job file of a command.
@@ -275,63 +326,5 @@ fn job_file(args: &JobArgs) -> Option<&PathBuf> {
             Some(&args.job)
         }
         JobAction::Work => None,
-    }
-}
-
-/// Image files on the command line.
-fn plots(command: &Command) -> &[PathBuf] {
-    match command {
-        Command::Check(_)
-        | Command::Fmt(_)
-        | Command::Emit(_)
-        | Command::Explain(_)
-        | Command::Methods
-        | Command::Schema
-        | Command::Completions(_)
-        | Command::Man(_)
-        | Command::New(_)
-        | Command::Lsp(_)
-        | Command::Job(_)
-        | Command::Adopt(_) => &[],
-        Command::Simulate(args) => &args.run.solve.plot,
-        Command::Sensitivity(args) => &args.run.solve.plot,
-        Command::Watch(args) => &args.run.solve.plot,
-        Command::Linearize(args) => &args.solve.plot,
-        Command::Invert(args) => &args.solve.plot,
-        Command::Fit(args) => &args.solve.plot,
-        Command::Compare(args) => &args.solve.plot,
-        Command::Track(args) => &args.solve.plot,
-        Command::Discover(args) => &args.solve.plot,
-        Command::Screen(args) => &args.plot,
-    }
-}
-
-fn out(command: &Command) -> OutKind {
-    match command {
-        Command::Job(JobArgs { action: JobAction::Report(_) }) => {
-            OutKind::Folder(fleet::FILES.map(str::to_owned).to_vec())
-        }
-        Command::Check(_)
-        | Command::Emit(_)
-        | Command::Explain(_)
-        | Command::Methods
-        | Command::Schema
-        | Command::Completions(_)
-        | Command::Man(_)
-        | Command::New(_)
-        | Command::Lsp(_)
-        | Command::Watch(_)
-        | Command::Job(_)
-        | Command::Adopt(_) => OutKind::File,
-        Command::Fmt(_) => OutKind::Layout,
-        Command::Simulate(_)
-        | Command::Sensitivity(_)
-        | Command::Linearize(_)
-        | Command::Invert(_)
-        | Command::Track(_) => OutKind::Table,
-        Command::Fit(args) => OutKind::Folder(fit::file_names(&args.model)),
-        Command::Compare(_) => OutKind::Folder(compare::FILES.map(str::to_owned).to_vec()),
-        Command::Discover(args) => OutKind::Folder(discover::file_names(&args.model)),
-        Command::Screen(_) => OutKind::Folder(screen::FILES.map(str::to_owned).to_vec()),
     }
 }

@@ -9,6 +9,7 @@ use dgd_compiler::program::{FunctionKind, Program};
 use dgd_compiler::program::{Loop, ProgramFunction};
 use dgd_runtime::linalg::AutoLu;
 use dgd_runtime::model::Model;
+use dgd_runtime::signature::choices;
 use dgd_runtime::{EvaluationPoint, Failure, Options, Problem, Solution, WantedResults};
 
 use crate::fixed;
@@ -38,16 +39,16 @@ fn calls_before(function: &ProgramFunction) -> u32 {
     (compiling / (INTERPRETING_OPERATION * performed.max(1))) as u32
 }
 
-/// How the functions of a loaded model are executed. Results do not depend on it.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub enum Engine {
-    /// Native code for functions that are called often, where available; the interpreter for others.
-    #[default]
-    Auto,
-    /// Native code, compiled at the first call, where available.
-    Native,
-    /// The interpreter.
-    Interpreter,
+choices! {
+    /// How the functions of a loaded model are executed. Results do not depend on it.
+    pub enum Engine {
+        /// Native code where it is available and worthwhile.
+        Auto = "auto",
+        /// Native code.
+        Native = "native",
+        /// Interpreter.
+        Interpreter = "interpreter",
+    }
 }
 
 /// Error: native code is not available.

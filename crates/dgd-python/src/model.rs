@@ -3,26 +3,25 @@
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
+use clap::Args;
 use dgd_compiler::model::typeset::formula::{FormulaLine, lines};
 use dgd_compiler::model::typeset::{latex, mathml};
 use dgd_compiler::pipeline::SensitivityDirections;
 use dgd_data::open::{FolderEntry, read_import};
 use dgd_data::{DiskFiles, FileSystem, InMemory, LayeredFiles};
 use dgd_work::{
-    CheckRequest, DiscoverRequest, FitRequest, FreeParameters, ModelChoices, RunRequest,
-    SensitivityRequest, SimulateRequest, SolverOptions, TaskContext, WorkError, check, discover,
-    equations, fit, objective, sensitivity, simulate,
+    CheckRequest, DiscoverRequest, FitRequest, ModelChoices, RunRequest, SensitivityRequest,
+    SimulateRequest, TaskContext, TrackRequest, WorkError, check, discover, equations, fit,
+    objective, sensitivity, simulate,
 };
 use pyo3::prelude::*;
+use pyo3::types::PyDict;
 
 use crate::data::{PyRecording, put_all};
 use crate::errors::RequestedTask;
 use crate::guard::supervised;
 use crate::observer::PyObserver;
-use crate::options::{
-    self, DiscoverOptions, FitOptions, RunOptions, SensitivityOptions, SessionOptions, SetOptions,
-    SimulateOptions, SolveOptions, SoughtOptions, TrackOptions,
-};
+use crate::options::{self, SessionOptions};
 use crate::points::{PyEquations, PyObjective};
 use crate::results::{PyFound, PyRun};
 use crate::tracker::PyTracker;
@@ -119,14 +118,14 @@ impl PyModel {
     fn work<R: Send + 'static, T: Send + 'static>(
         &self,
         (py, task): (Python<'_>, RequestedTask),
-        options: &Bound<'_, PyAny>,
+        options: &Bound<'_, PyDict>,
         progress: Option<Py<PyAny>>,
         prepare: impl FnOnce(&mut InMemory) -> PyResult<R>,
         work: impl FnOnce(&R, TaskContext<'_>) -> Result<T, WorkError> + Send + 'static,
     ) -> PyResult<(T, Vec<String>)> {
         let mut files = InMemory::default();
         let request = prepare(&mut files)?;
-        let SessionOptions { seed, threads } = options.extract()?;
+        let SessionOptions { seed, threads } = SessionOptions::read(options)?;
         let above = self.texts.clone().and(files);
         let observer = Arc::new(PyObserver::new(progress));
         let result = supervised(py, task, &observer, move |observer| {
@@ -138,60 +137,37 @@ impl PyModel {
         Ok((result, observer.remarks()))
     }
 
-    /// Options common to all requests: choices, estimates, and solver options.
-    fn shared(
+    /// A request with these options, about these recordings.
+    fn request<'a, R: Args>(
         &self,
-        py: Python<'_>,
-        options: &Bound<'_, PyAny>,
-    ) -> PyResult<(ModelChoices, FreeParameters, SolverOptions)> {
-        let mut choices = options.extract::<SetOptions>()?.beside(&self.choices);
-        let sought = options.extract::<SoughtOptions>()?.request();
-        let solve = options.extract::<SolveOptions>()?;
-        choices.at_rest = solve.begins_at_rest();
-        Ok((choices, sought, solve.request(py)?))
+        options: &Bound<'_, PyDict>,
+        data: impl IntoIterator<Item = &'a PathBuf>,
+        valid: impl IntoIterator<Item = &'a PathBuf>,
+    ) -> PyResult<R> {
+        let data = data.into_iter().map(|path| ("data", path.as_path()));
+        let valid = valid.into_iter().map(|path| ("valid", path.as_path()));
+        options::request(options, &self.path, data.chain(valid))
     }
 
-    fn run(
-        &self,
-        py: Python<'_>,
-        data: Option<PyRecording>,
-        options: &Bound<'_, PyAny>,
-        files: &mut InMemory,
-    ) -> PyResult<RunRequest> {
-        let mut run = RunRequest::new(&self.path);
-        (run.choices, _, run.solve) = self.shared(py, options)?;
-        run.data = data.map(|recording| recording.put(files));
-        let every = options.extract::<RunOptions>()?.every;
-        run.every = options::maybe_positive(py, "every", every)?;
-        Ok(run)
+    /// The choices of this model, extended by the settings of a call.
+    fn with_settings_of(&self, call: &ModelChoices) -> ModelChoices {
+        let mut extended = self.choices.clone();
+        extended.set.extend_from_slice(&call.set);
+        extended
     }
 
     fn fit_request(
         &self,
-        py: Python<'_>,
         data: Vec<PyRecording>,
         valid: Vec<PyRecording>,
-        options: &Bound<'_, PyAny>,
+        options: &Bound<'_, PyDict>,
         files: &mut InMemory,
     ) -> PyResult<FitRequest> {
-        let of_fit: FitOptions = options.extract()?;
-        let mut request = FitRequest::new(&self.path, put_all(data, files));
-        request.valid = put_all(valid, files);
-        (request.choices, request.sought, request.solve) = self.shared(py, options)?;
-        request.outputs = of_fit.outputs;
-        request.noise = options::noise_from(py, &of_fit.noise)?;
-        request.evaluations = of_fit.evaluations;
-        request.search.loss = options::loss(py, &of_fit.loss)?;
-        request.search.starts = of_fit.starts.max(1);
-        request.search.spread = options::spread(py, &of_fit.spread)?;
-        request.intervals.profile = of_fit.profile;
-        request.intervals.bootstrap = of_fit.bootstrap;
-        request.intervals.information = of_fit.information;
-        request.regression.estimator = options::estimator(py, &of_fit.estimator)?;
-        request.regression.smoothing = options::maybe_positive(py, "smoothing", of_fit.smoothing)?;
-        request.regression.steady = of_fit.steady;
+        let (data, valid) = (put_all(data, files), put_all(valid, files));
+        let mut request: FitRequest = self.request(options, &data, &valid)?;
+        request.choices = self.with_settings_of(&request.choices);
         request.figures = true;
-        request.command = of_fit.command;
+        request.command = options::command(options)?;
         Ok(request)
     }
 }
@@ -247,11 +223,12 @@ impl PyModel {
         &self,
         py: Python<'_>,
         data: Option<PyRecording>,
-        options: &Bound<'_, PyAny>,
+        options: &Bound<'_, PyDict>,
     ) -> PyResult<PyRun> {
         let prepare = |files: &mut InMemory| {
-            let mut request = SimulateRequest::new(self.run(py, data, options, files)?);
-            request.noise_seed = options.extract::<SimulateOptions>()?.noise_seed;
+            let data = data.map(|recording| recording.put(files));
+            let mut request: SimulateRequest = self.request(options, &data, [])?;
+            request.run.choices = self.with_settings_of(&request.run.choices);
             // The result may be plotted later.
             request.fields = true;
             Ok(request)
@@ -263,13 +240,12 @@ impl PyModel {
         &self,
         py: Python<'_>,
         data: Option<PyRecording>,
-        options: &Bound<'_, PyAny>,
+        options: &Bound<'_, PyDict>,
     ) -> PyResult<PyRun> {
         let prepare = |files: &mut InMemory| {
-            let mut request = SensitivityRequest::new(self.run(py, data, options, files)?);
-            let of_sensitivities: SensitivityOptions = options.extract()?;
-            (request.of, request.to, request.scaled) =
-                (of_sensitivities.of, of_sensitivities.to, of_sensitivities.scaled);
+            let data = data.map(|recording| recording.put(files));
+            let mut request: SensitivityRequest = self.request(options, &data, [])?;
+            request.run.choices = self.with_settings_of(&request.run.choices);
             Ok(request)
         };
         self.work((py, RequestedTask::Simulate), options, None, prepare, sensitivity)
@@ -281,10 +257,10 @@ impl PyModel {
         py: Python<'_>,
         data: Vec<PyRecording>,
         valid: Vec<PyRecording>,
-        options: &Bound<'_, PyAny>,
+        options: &Bound<'_, PyDict>,
         progress: Option<Py<PyAny>>,
     ) -> PyResult<PyFound> {
-        let prepare = |files: &mut InMemory| self.fit_request(py, data, valid, options, files);
+        let prepare = |files: &mut InMemory| self.fit_request(data, valid, options, files);
         let fitted = self.work((py, RequestedTask::Fit), options, progress, prepare, fit)?;
         Ok(PyFound::new(RequestedTask::Fit, fitted))
     }
@@ -294,9 +270,9 @@ impl PyModel {
         py: Python<'_>,
         data: Vec<PyRecording>,
         noise: Vec<(String, f64)>,
-        options: &Bound<'_, PyAny>,
+        options: &Bound<'_, PyDict>,
     ) -> PyResult<PyObjective> {
-        let prepare = |files: &mut InMemory| self.fit_request(py, data, Vec::new(), options, files);
+        let prepare = |files: &mut InMemory| self.fit_request(data, Vec::new(), options, files);
         let made = move |request: &FitRequest, session: TaskContext<'_>| {
             objective(request, &noise, session)
         };
@@ -308,9 +284,14 @@ impl PyModel {
         &self,
         py: Python<'_>,
         data: Option<PyRecording>,
-        options: &Bound<'_, PyAny>,
+        options: &Bound<'_, PyDict>,
     ) -> PyResult<PyEquations> {
-        let prepare = |files: &mut InMemory| self.run(py, data, options, files);
+        let prepare = |files: &mut InMemory| {
+            let data = data.map(|recording| recording.put(files));
+            let mut request: RunRequest = self.request(options, &data, [])?;
+            request.choices = self.with_settings_of(&request.choices);
+            Ok(request)
+        };
         let (inner, _) =
             self.work((py, RequestedTask::Simulate), options, None, prepare, equations)?;
         Ok(PyEquations::new(inner))
@@ -321,17 +302,14 @@ impl PyModel {
         py: Python<'_>,
         data: Vec<PyRecording>,
         valid: Vec<PyRecording>,
-        options: &Bound<'_, PyAny>,
+        options: &Bound<'_, PyDict>,
         progress: Option<Py<PyAny>>,
     ) -> PyResult<PyFound> {
         let prepare = |files: &mut InMemory| {
-            let of_search: DiscoverOptions = options.extract()?;
-            let mut request = DiscoverRequest::new(&self.path, put_all(data, files));
-            request.valid = put_all(valid, files);
-            (request.choices, request.sought, request.solve) = self.shared(py, options)?;
-            request.effects = of_search.effects;
-            request.budget = options::maybe_positive(py, "budget", of_search.budget)?;
-            request.command = of_search.command;
+            let (data, valid) = (put_all(data, files), put_all(valid, files));
+            let mut request: DiscoverRequest = self.request(options, &data, &valid)?;
+            request.choices = self.with_settings_of(&request.choices);
+            request.command = options::command(options)?;
             Ok(request)
         };
         let discovered =
@@ -339,17 +317,9 @@ impl PyModel {
         Ok(PyFound::new(RequestedTask::Discover, discovered))
     }
 
-    fn track(&self, py: Python<'_>, options: &Bound<'_, PyAny>) -> PyResult<PyTracker> {
-        let of_tracker: TrackOptions = options.extract()?;
-        let mut request = dgd_work::TrackRequest::new(&self.path, "rows");
-        (request.choices, request.sought, request.solve) = self.shared(py, options)?;
-        request.estimator = options::tracker(py, &of_tracker.estimator)?;
-        request.outputs = of_tracker.outputs;
-        request.process_noise = of_tracker.process_noise;
-        request.start_std = of_tracker.start_std;
-        request.noise = of_tracker.noise;
-        request.forgetting = of_tracker.forgetting;
-        request.gate = options::maybe_positive(py, "gate", of_tracker.gate)?;
+    fn track(&self, options: &Bound<'_, PyDict>) -> PyResult<PyTracker> {
+        let mut request: TrackRequest = self.request(options, [&PathBuf::from("rows")], [])?;
+        request.choices = self.with_settings_of(&request.choices);
         request.strict = true;
         Ok(PyTracker::new(request, self.texts.clone()))
     }

@@ -1,252 +1,120 @@
-//! Converts options from Python, one dictionary for each call, to requests.
+//! Reads options from Python as the command reads its arguments: one dictionary for each call, with an entry for each
+//! option that was given.
+//!
+//! A request declares its options once, so that a new one needs no line here.
 
-use dgd_data::Rename;
-use dgd_execute::Engine;
-use dgd_identify::{DrawnFrom, Loss};
-use dgd_runtime::{PerSample, Steps};
-use dgd_work::{
-    Estimator, FreeParameters, ModelChoices, NoiseFrom, SolverOptions, StartChoice, TrackerKind,
-};
+use std::error::Error;
+use std::ffi::OsString;
+use std::path::Path;
+
+use clap::error::{ContextKind, ContextValue};
+use clap::{Args, Command};
 use pyo3::prelude::*;
+use pyo3::types::PyDict;
 
 use crate::errors;
 
+/// Entries that are not options of a request.
+const OF_SESSION: [&str; 3] = ["seed", "threads", "command"];
+
+/// Arguments of Python that have another name on the command line.
+const RENAMED: [(&str, &str); 2] = [("from", "from_"), ("set", "params")];
+
 /// Random seed and number of threads.
-#[derive(FromPyObject)]
-#[pyo3(from_item_all)]
 pub(crate) struct SessionOptions {
     pub seed: u64,
     pub threads: Option<usize>,
 }
 
-/// Solver options.
-#[derive(FromPyObject)]
-#[pyo3(from_item_all)]
-pub(crate) struct SolveOptions {
-    /// `model` or `measured`.
-    begin: String,
-    rename: Vec<(String, String)>,
-    first: Option<f64>,
-    until: Option<f64>,
-    method: String,
-    steps: String,
-    rtol: f64,
-    atol: Option<f64>,
-    engine: String,
-}
-
-/// Settings in addition to those of the model.
-#[derive(FromPyObject)]
-#[pyo3(from_item_all)]
-pub(crate) struct SetOptions {
-    pub set: Vec<String>,
-}
-
-/// Free and fixed parameters.
-#[derive(FromPyObject)]
-#[pyo3(from_item_all)]
-pub(crate) struct SoughtOptions {
-    free: Vec<String>,
-    fix: Vec<String>,
-}
-
-/// Rows to record in a run.
-#[derive(FromPyObject)]
-#[pyo3(from_item_all)]
-pub(crate) struct RunOptions {
-    pub every: Option<f64>,
-}
-
-/// Options of a simulation.
-#[derive(FromPyObject)]
-#[pyo3(from_item_all)]
-pub(crate) struct SimulateOptions {
-    pub noise_seed: Option<u64>,
-}
-
-/// Options of sensitivities.
-#[derive(FromPyObject)]
-#[pyo3(from_item_all)]
-pub(crate) struct SensitivityOptions {
-    pub of: Vec<String>,
-    pub to: Vec<String>,
-    pub scaled: bool,
-}
-
-/// Options of a fit.
-#[derive(FromPyObject)]
-#[pyo3(from_item_all)]
-pub(crate) struct FitOptions {
-    pub outputs: Vec<String>,
-    pub noise: String,
-    pub evaluations: Option<usize>,
-    pub loss: String,
-    pub starts: u32,
-    pub spread: String,
-    pub profile: Vec<String>,
-    pub bootstrap: usize,
-    pub information: bool,
-    pub estimator: String,
-    pub smoothing: Option<f64>,
-    pub steady: Vec<String>,
-    pub command: String,
-}
-
-/// Options of a search.
-#[derive(FromPyObject)]
-#[pyo3(from_item_all)]
-pub(crate) struct DiscoverOptions {
-    pub effects: Vec<std::path::PathBuf>,
-    pub budget: Option<f64>,
-    pub command: String,
-}
-
-/// Options of tracking.
-#[derive(FromPyObject)]
-#[pyo3(from_item_all)]
-pub(crate) struct TrackOptions {
-    pub estimator: String,
-    pub outputs: Vec<String>,
-    pub process_noise: Vec<String>,
-    pub start_std: Vec<String>,
-    pub noise: Vec<String>,
-    pub forgetting: Option<f64>,
-    pub gate: Option<f64>,
-}
-
-/// The value of one of several words.
-fn one_of<T: Copy>(py: Python<'_>, name: &str, word: &str, all: &[(&str, T)]) -> PyResult<T> {
-    all.iter().find(|(known, _)| *known == word).map(|(_, value)| *value).ok_or_else(|| {
-        let known: Vec<String> = all.iter().map(|(known, _)| format!("\"{known}\"")).collect();
-        errors::usage(py, &format!("`{name}` must be {}, not \"{word}\"", known.join(" or ")))
-    })
-}
-
-/// A number that must be positive.
-fn positive(py: Python<'_>, name: &str, value: f64) -> PyResult<f64> {
-    if value.is_finite() && value > 0.0 {
-        return Ok(value);
+impl SessionOptions {
+    pub(crate) fn read(options: &Bound<'_, PyDict>) -> PyResult<Self> {
+        let seed = options.get_item("seed")?.map(|seed| seed.extract()).transpose()?;
+        let threads = options.get_item("threads")?.map(|threads| threads.extract()).transpose()?;
+        Ok(SessionOptions { seed: seed.unwrap_or(0), threads: threads.flatten() })
     }
-    Err(errors::usage(py, &format!("`{name}` must be a number above 0, not {value}")))
 }
 
-/// A positive number that may be omitted.
-pub(crate) fn maybe_positive(
-    py: Python<'_>,
-    name: &str,
-    value: Option<f64>,
-) -> PyResult<Option<f64>> {
-    value.map(|value| positive(py, name, value)).transpose()
+/// The line that reproduces the result.
+pub(crate) fn command(options: &Bound<'_, PyDict>) -> PyResult<String> {
+    options.get_item("command")?.map_or_else(|| Ok(String::new()), |command| command.extract())
 }
 
-fn steps(py: Python<'_>, words: &str) -> PyResult<Steps> {
-    match words.strip_prefix("per-sample=").map(str::parse) {
-        Some(Ok(n)) => Ok(Steps::PerSample(PerSample::Exactly(n))),
-        Some(Err(_)) => {
-            let words = "the number of steps per sample must be a whole number, 1 or more";
-            Err(errors::usage(py, words))
+/// A request about a model and these recordings, each with the option that names it.
+pub(crate) fn request<'a, R: Args>(
+    options: &Bound<'_, PyDict>,
+    model: &Path,
+    recordings: impl IntoIterator<Item = (&'a str, &'a Path)>,
+) -> PyResult<R> {
+    let mut words = Vec::new();
+    for (name, recording) in recordings {
+        words.push(word(name, recording));
+    }
+    for (name, value) in options.iter() {
+        let name: String = name.extract()?;
+        if !OF_SESSION.contains(&&*name) {
+            push(&mut words, &name.replace('_', "-"), &value)?;
         }
-        None => one_of(
-            py,
-            "steps",
-            words,
-            &[
-                ("auto", Steps::Automatic),
-                ("adaptive", Steps::Adaptive),
-                ("per-sample", Steps::PerSample(PerSample::Automatic)),
-            ],
-        ),
     }
+    words.extend(["--".into(), model.into()]);
+    let command = Command::new("dgd").no_binary_name(true).disable_help_flag(true);
+    let matches = R::augment_args(command).try_get_matches_from(words);
+    let request = matches.and_then(|matches| R::from_arg_matches(&matches));
+    request.map_err(|error| errors::usage(options.py(), &refusal(&error)))
 }
 
-/// The word for a start at rest.
-const STEADY: &str = "steady";
+fn word(name: &str, value: impl AsRef<std::ffi::OsStr>) -> OsString {
+    let mut word = OsString::from(format!("--{name}="));
+    word.push(value);
+    word
+}
 
-impl SolveOptions {
-    pub(crate) fn begins_at_rest(&self) -> bool {
-        self.begin == STEADY
+/// Appends an option: a flag, a value, or one of several values.
+fn push(words: &mut Vec<OsString>, name: &str, value: &Bound<'_, PyAny>) -> PyResult<()> {
+    if value.is_none() {
+        return Ok(());
     }
-
-    pub(crate) fn request(self, py: Python<'_>) -> PyResult<SolverOptions> {
-        let mut solve = SolverOptions::default();
-        // A start at rest is a property of the model.
-        let starts = [
-            ("model", StartChoice::Model),
-            ("measured", StartChoice::Measured),
-            (STEADY, StartChoice::Model),
-        ];
-        solve.start = one_of(py, "start", &self.begin, &starts)?;
-        let rename = |(column, name): (String, String)| Rename { column, name };
-        solve.rename = self.rename.into_iter().map(rename).collect();
-        for (name, time) in [("from_", self.first), ("until", self.until)] {
-            if time.is_some_and(|time| !time.is_finite()) {
-                return Err(errors::usage(py, &format!("`{name}` must be a finite number")));
-            }
+    if let Ok(is_set) = value.extract::<bool>() {
+        words.extend(is_set.then(|| format!("--{name}").into()));
+    } else if let Ok(text) = value.extract::<String>() {
+        words.push(word(name, text));
+    } else if let Ok(whole) = value.extract::<i64>() {
+        words.push(word(name, whole.to_string()));
+    } else if let Ok(whole) = value.extract::<u64>() {
+        words.push(word(name, whole.to_string()));
+    } else if let Ok(number) = value.extract::<f64>() {
+        // The fewest digits that are read back to the same number.
+        words.push(word(name, format!("{number:?}")));
+    } else {
+        for item in value.try_iter()? {
+            push(words, name, &item?)?;
         }
-        solve.from = self.first;
-        solve.until = self.until;
-        solve.method = self.method;
-        solve.steps = steps(py, &self.steps)?;
-        solve.rtol = positive(py, "rtol", self.rtol)?;
-        solve.atol = maybe_positive(py, "atol", self.atol)?;
-        let engines = [
-            ("auto", Engine::Auto),
-            ("native", Engine::Native),
-            ("interpreter", Engine::Interpreter),
-        ];
-        solve.engine = one_of(py, "engine", &self.engine, &engines)?;
-        Ok(solve)
     }
+    Ok(())
 }
 
-impl SetOptions {
-    /// The choices of a model, extended by these settings.
-    pub(crate) fn beside(self, choices: &ModelChoices) -> ModelChoices {
-        let mut extended = choices.clone();
-        extended.set.extend(self.set);
-        extended
+/// An error of the command line in terms of Python's arguments.
+fn refusal(error: &clap::Error) -> String {
+    let text = |kind| match error.get(kind) {
+        Some(ContextValue::String(text)) => Some(text.as_str()),
+        _ => None,
+    };
+    let argument = text(ContextKind::InvalidArg).and_then(|option| {
+        let name = option.strip_prefix("--")?.split(' ').next()?.replace('-', "_");
+        let renamed = RENAMED.iter().find(|(known, _)| *known == name);
+        Some(renamed.map_or(name, |(_, argument)| (*argument).to_owned()))
+    });
+    let (Some(argument), Some(value)) = (argument, text(ContextKind::InvalidValue)) else {
+        return error.to_string().trim_start_matches("error: ").trim_end().to_owned();
+    };
+    if let Some(ContextValue::Strings(known)) = error.get(ContextKind::ValidValue)
+        && !known.is_empty()
+    {
+        let known: Vec<String> = known.iter().map(|known| format!("\"{known}\"")).collect();
+        return format!("`{argument}` must be {}, not \"{value}\"", known.join(" or "));
     }
-}
-
-impl SoughtOptions {
-    pub(crate) fn request(self) -> FreeParameters {
-        FreeParameters::new(self.free, self.fix)
+    let reason = error.source().map_or_else(String::new, ToString::to_string);
+    match reason.strip_prefix("this ") {
+        Some(must_be) => format!("`{argument}` {must_be}, not {value}"),
+        None => format!("`{argument}`: {reason}"),
     }
-}
-
-pub(crate) fn noise_from(py: Python<'_>, word: &str) -> PyResult<NoiseFrom> {
-    let words = [("estimated", NoiseFrom::Estimated), ("declared", NoiseFrom::Declared)];
-    one_of(py, "noise", word, &words)
-}
-
-pub(crate) fn spread(py: Python<'_>, word: &str) -> PyResult<DrawnFrom> {
-    one_of(py, "spread", word, &[("values", DrawnFrom::Values), ("bounds", DrawnFrom::Bounds)])
-}
-
-pub(crate) fn loss(py: Python<'_>, word: &str) -> PyResult<Loss> {
-    let losses = [Loss::Squares, Loss::Huber, Loss::Cauchy, Loss::Tukey];
-    one_of(py, "loss", word, &losses.map(|loss| (loss.name(), loss)))
-}
-
-pub(crate) fn estimator(py: Python<'_>, word: &str) -> PyResult<Estimator> {
-    let words = [
-        Estimator::OutputError,
-        Estimator::Linearised,
-        Estimator::PredictionError,
-        Estimator::LeastSquares,
-        Estimator::Bounded,
-        Estimator::Separable,
-        Estimator::NelderMead,
-        Estimator::Recursive,
-    ];
-    one_of(py, "estimator", word, &words.map(|estimator| (estimator.name(), estimator)))
-}
-
-pub(crate) fn tracker(py: Python<'_>, word: &str) -> PyResult<TrackerKind> {
-    let words = [
-        ("ekf", TrackerKind::Ekf),
-        ("ukf", TrackerKind::Ukf),
-        ("recursive", TrackerKind::Recursive),
-    ];
-    one_of(py, "estimator", word, &words)
 }

@@ -4,6 +4,7 @@ use std::path::{Path, PathBuf};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
 use dgd_data::files::{ResultFolder, write_folder};
+use dgd_data::write::{TableFormat, UnwritableFormat, save};
 use dgd_plot::Figure;
 use dgd_work::{
     ColumnKind, DiscoveryResult, FitResult, NamedColumn, Sensitivities, SimulationResult,
@@ -41,6 +42,7 @@ pub(crate) trait OverTime: Send + Sync {
     /// The differentiated quantities.
     fn trajectories(&self) -> &[NamedColumn];
     fn details(&self) -> Value;
+    fn to_json(&self) -> Value;
     /// The reason why it ended early.
     fn stopped(&self) -> Option<&str>;
     fn figure(&self) -> Figure;
@@ -62,6 +64,10 @@ macro_rules! over_time {
 
             fn details(&self) -> Value {
                 <$result>::details(self)
+            }
+
+            fn to_json(&self) -> Value {
+                <$result>::to_json(self)
             }
 
             fn stopped(&self) -> Option<&str> {
@@ -134,6 +140,22 @@ impl PyRun {
             let written = self.inner.table().write_csv(&mut text);
             written.map_err(|error| WorkError::Found(error.to_string()))?;
             Ok(text)
+        })
+    }
+
+    /// Writes the table to a file; its name gives the format.
+    #[allow(clippy::needless_pass_by_value)]
+    fn save(&self, py: Python<'_>, path: PathBuf) -> PyResult<()> {
+        guarded(py, RequestedTask::Simulate, || {
+            let refused = |error: UnwritableFormat| {
+                WorkError::Usage(format!("`{}`: {error}", path.display()))
+            };
+            let format = TableFormat::to_write(&path).map_err(refused)?.unwrap_or_default();
+            if format.is_document() {
+                let written = save(&path, |out| writeln!(out, "{}", self.inner.to_json()));
+                return Ok(written?);
+            }
+            Ok(format.save(&path, |out| self.inner.table().write_csv(out))?)
         })
     }
 

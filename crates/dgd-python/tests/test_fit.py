@@ -10,6 +10,7 @@ import threading
 import time
 from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -62,6 +63,31 @@ def test_a_fit_is_the_commands_to_the_last_bit(
     assert np.std(after) < 0.011 < 2 * np.std(before)
 
 
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (
+            dict(estimator="recursive", filter=[5, 5.0], forgetting=1e-4, start_variance=20, most_variance=50.0,
+                 normalise="regressors"),
+            ["--filter", "5,5", "--forgetting", "1e-4", "--start-variance", "20", "--most-variance", "50",
+             "--normalise", "regressors"],
+        ),
+        (dict(estimator="linearised", at=600, noise="declared"), ["--at", "600", "--noise", "declared"]),
+        (dict(estimator="linearized", at="steady"), ["--at", "steady"]),
+        (dict(estimator="separable", smoothing="1min", steady={"h_r": 1.0}), ["--smoothing", "60", "--steady", "h_r=1"]),
+        (dict(estimator="output-error", starts=3, start_point=1), ["--starts", "3", "--start-point", "1"]),
+        (dict(estimator="output-error", bootstrap=2, bootstrap_from=4), ["--bootstrap", "2", "--bootstrap-from", "4"]),
+    ],
+)  # fmt: skip
+@pytest.mark.filterwarnings("ignore::dgd.DgdWarning")
+def test_every_option_of_a_fit_is_the_commands(
+    arguments: dict[str, Any], words: list[str], command: Callable[..., str]
+) -> None:
+    f = dgd.load(MODEL).fit([CSV], **arguments)
+    line = ["fit", MODEL, "--data", CSV, "--estimator", arguments["estimator"], *words, "--format", "json"]
+    same(f.result, json.loads(command(*line)))
+
+
 def test_profiles_are_found_afterwards_too(circulation: Columns) -> None:
     m = dgd.load(MODEL)
     at_once = m.fit(circulation, noise="declared", profile="c0")
@@ -104,6 +130,10 @@ def test_where_no_point_can_be_evaluated_there_is_no_fit() -> None:
         m.fit([])
     with pytest.raises(dgd.UsageError, match='`loss` must be "squares" or'):
         m.fit(cup(1, 1), loss="absolute")
+    with pytest.raises(dgd.UsageError, match="`start_variance` must be a number above 0, not -1"):
+        m.fit(cup(1, 1), start_variance=-1)
+    with pytest.raises(dgd.UsageError, match="`starts`: 0 is not in 1..=100000"):
+        m.fit(cup(1, 1), starts=0)
 
 
 def test_progress_is_told(circulation: Columns) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import html
+import json
 import os
 import threading
 from collections.abc import Callable
@@ -130,6 +131,16 @@ def test_runs_begin_where_the_command_has_them_begin(circulation: Columns, comma
     assert measured["h_r"][0] != m.simulate(circulation, until=60)["h_r"][0]
     later = m.simulate(circulation, from_=30, until=60, every=0.5, start={"q_ssp": (0.03, "m^3/s")})
     assert later.to_csv() == command(*line, "--from", "30", "--every", "0.5", "--set", "q_ssp=0.03 [m^3/s]")
+
+
+def test_a_table_is_saved_in_the_format_of_its_name(circulation: Columns, tmp_path: Path) -> None:
+    r = dgd.load(MODEL).simulate(circulation, until=60)
+    r.save(tmp_path / "run.csv")
+    assert (tmp_path / "run.csv").read_text() == r.to_csv()
+    r.save(tmp_path / "run.json")
+    assert json.loads((tmp_path / "run.json").read_text())["method"] == r.method
+    with pytest.raises(dgd.UsageError, match="a table is written as .csv, .parquet, .json or .jsonl"):
+        r.save(tmp_path / "run.xlsx")
 
 
 def test_options_are_checked(circulation: Columns) -> None:

@@ -16,10 +16,12 @@
 //! | `past` | delayed inputs and unknowns |
 //! | `features` | features that models of a type may have |
 //! | `unit` | a declared unit |
+//! | `choice` | enums of options, with their names |
 //! | `number` | numbers in sentences |
 //! | `special` | functions that the standard library lacks |
 
 pub mod arrays;
+mod choice;
 mod density;
 mod discrete;
 mod features;
@@ -36,6 +38,7 @@ mod unknowns;
 use std::borrow::Cow;
 
 pub use arrays::Arrays;
+pub use choice::NamedChoice;
 pub use density::{Density, Distribution};
 pub use discrete::{
     Automaton, AutomatonKind, Clock, Crossing, Curve, Discrete, ExactTicks, Formulas, JumpKind,

@@ -18,7 +18,7 @@
 //!   AdoptRequest    ─ adopt ────► Adopted        a discovered formula for the library
 //! ```
 //!
-//! A request has a field for each option, with the defaults of the command line. The caller also passes a
+//! A request has a field for each option. With the feature `clap`, it also reads itself from a command line. The caller also passes a
 //! [`TaskContext`]: a seed, a number of threads, and a [`Reporter`], which receives remarks and progress and may cancel
 //! the task. A result serialises, and its tables, texts, figures and files derive from it alone. A failure is a
 //! [`WorkError`] with its class, message, place and advice.
@@ -77,9 +77,9 @@ pub use output::{json_text, result};
 pub use request::{
     AdoptRequest, CheckRequest, CompareRequest, DiscoverRequest, Engine, Estimator, FitRequest,
     FreeParameters, IntervalRequest, InvertRequest, JournalChoice, LinearizeAt, LinearizeRequest,
-    ModelChoices, NoiseFrom, Normalise, RegressionRequest, RunRequest, ScreenRequest,
-    SearchRequest, SensitivityRequest, SimulateRequest, SolverOptions, StartChoice, TrackRequest,
-    TrackerKind,
+    ModelChoices, NoiseFrom, RegressionRequest, RunRequest, ScreenRequest, SearchRequest,
+    SensitivityRequest, SimulateRequest, SolverOptions, StartChoice, TrackRequest, TrackerKind,
+    values,
 };
 pub use run::MeasuredOutputs;
 pub use run::equations::{EquationPoint, ModelEquations, equations};

@@ -3,8 +3,7 @@
 use std::path::PathBuf;
 
 use clap::{Args, Subcommand};
-
-use crate::numbers::{count, count_or_none};
+use dgd_work::values::{count, count_or_none};
 
 /// Arguments of `job`.
 #[derive(Debug, Args)]

@@ -1,38 +1,30 @@
 //! The command line, as typed.
 
-pub(crate) mod compare;
-mod discover;
-pub(crate) mod fit;
-pub(crate) mod invert;
 mod job;
 mod new;
 mod requests;
-pub(crate) mod screen;
-mod single;
-mod solve;
-mod sweep;
+#[cfg(test)]
+mod tests;
 mod text;
-mod track;
+mod values;
 mod watch;
 
 use std::path::PathBuf;
 
 use clap::{Args, Parser, Subcommand, ValueEnum};
+use dgd_work::values::{count, whole};
+use dgd_work::{
+    AdoptRequest, CompareRequest, DiscoverRequest, FitRequest, InvertRequest, LinearizeRequest,
+    SensitivityRequest, SimulateRequest, TrackRequest,
+};
 
-use crate::numbers::{count, size, whole};
-use compare::CompareArgs;
-pub(crate) use discover::{AdoptArgs, DiscoverArgs};
-pub(crate) use fit::FitArgs;
-use invert::InvertArgs;
 pub(crate) use job::{JobAction, JobArgs, JobPlaceArgs, JobRunArgs};
 pub(crate) use new::NewArgs;
-use screen::ScreenArgs;
-pub(crate) use single::{LinearizeArgs, RunArgs, SensitivityArgs, SimulateArgs};
-pub(crate) use solve::{ChoiceArgs, FreeArgs, RecordingArgs, SolveArgs, StartArg};
+pub(crate) use requests::{DrawnArgs, ScreenArgs};
 pub(crate) use text::{
     CheckArgs, CompilerStage, CompletionsArgs, EmitArgs, ExplainArgs, FmtArgs, LspArgs, ManArgs,
 };
-pub(crate) use track::{TrackArgs, TrackerArg};
+use values::size;
 pub(crate) use watch::WatchArgs;
 
 /// Check, simulate, differentiate and fit models written in a small equation language
@@ -127,7 +119,8 @@ pub(crate) enum Command {
     /// `dgd simulate model.dgd --data run.csv --plot run.html`
     ///
     /// Ctrl-C stops the run and keeps the rows computed so far.
-    Simulate(SimulateArgs),
+    #[command(mut_arg("over", |over| over.requires("plot")))]
+    Simulate(DrawnArgs<SimulateRequest>),
     /// Watch a model: a page that redraws its curves on every save, with sliders for its parameters
     ///
     /// For example `dgd watch model.dgd --data run.csv`, which prints an address to open in a browser on this machine.
@@ -136,16 +129,16 @@ pub(crate) enum Command {
     /// Compute sensitivities: derivatives of states and outputs with respect to parameters, over time
     ///
     /// For example of the output `h` to two parameters: `dgd sensitivity model.dgd --data run.csv --of h --to A,c0`.
-    Sensitivity(SensitivityArgs),
+    Sensitivity(DrawnArgs<SensitivityRequest>),
     /// Linearise a model at an operating point: A, B, C, D, poles and time constants
     ///
     /// For example where it is at rest: `dgd linearize model.dgd --data run.csv --at steady`.
-    Linearize(LinearizeArgs),
+    Linearize(DrawnArgs<LinearizeRequest>),
     /// Find the missing term of an equation from measurements of all its other quantities
     ///
     /// For example the flow missing from the balance of a level: `dgd invert models/mud_circulation.dgd --data run.csv
     /// --for riser --unit lpm --plot missing.png`.
-    Invert(InvertArgs),
+    Invert(DrawnArgs<InvertRequest>),
     /// Estimate parameters and initial values from recordings
     ///
     /// For example, validated on a second recording:
@@ -153,26 +146,26 @@ pub(crate) enum Command {
     ///
     /// Ctrl-C stops the fit, writes the best estimates so far, and lists what was left out; the exit code is
     /// then 130. A second Ctrl-C ends the program at once.
-    Fit(FitArgs),
+    Fit(DrawnArgs<FitRequest>),
     /// Compare models, variants, effects or results on the same recordings
     ///
     /// All contenders are fitted in the same way:
     /// `dgd compare m.dgd m.dgd+leak --data monday.csv --valid tuesday.csv`
-    Compare(CompareArgs),
+    Compare(DrawnArgs<CompareRequest>),
     /// Estimate states and parameters row by row, as the data arrives
     ///
     /// For example from a logger: `logger | dgd track model.dgd --data - --free F`.
-    Track(TrackArgs),
+    Track(DrawnArgs<TrackRequest>),
     /// Find where a model and recordings disagree, and name the effect that is missing
     ///
     /// For example `dgd discover model.dgd --data monday.csv --valid tuesday.csv -o found`.
     ///
     /// With `-o`, finished work is stored during the run: if Ctrl-C or a kill ends it, continue with `--resume`.
-    Discover(DiscoverArgs),
+    Discover(DrawnArgs<DiscoverRequest>),
     /// Add a formula or an effect from a discovery to the library of its model
     ///
     /// For example `dgd adopt found leak`; afterwards, `--apply leak` applies it.
-    Adopt(AdoptArgs),
+    Adopt(AdoptRequest),
     /// Check recordings for faults before a fit
     ///
     /// For example `dgd screen monday.csv tuesday.csv`, or against a model: `dgd screen run.csv --model model.dgd`.

@@ -4,8 +4,7 @@ use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
 use clap_complete::Shell;
-
-use super::ChoiceArgs;
+use dgd_work::{CheckRequest, ModelChoices};
 
 /// Arguments of `lsp`.
 #[derive(Debug, Args)]
@@ -18,14 +17,12 @@ pub(crate) struct LspArgs {
 /// Arguments of `check`.
 #[derive(Debug, Args)]
 pub(crate) struct CheckArgs {
-    /// The model file
-    pub model: PathBuf,
+    #[command(flatten)]
+    pub request: CheckRequest,
     /// Fix mistakes that have only one possible correction, such as `parameter R [ohm] = 1.2` for
     /// `parameter R = 1.2 [ohm]`
     #[arg(long)]
     pub fix: bool,
-    #[command(flatten)]
-    pub choices: ChoiceArgs,
 }
 
 /// Arguments of `fmt`.
@@ -48,7 +45,7 @@ pub(crate) struct EmitArgs {
     #[arg(long, value_enum)]
     pub stage: CompilerStage,
     #[command(flatten)]
-    pub choices: ChoiceArgs,
+    pub choices: ModelChoices,
 }
 
 /// Stages of the compiler.

@@ -1,14 +1,13 @@
 //! `dgd adopt`: puts a described formula or effect of a discovery into the library of its model.
 
 use dgd_data::files::write_whole;
-use dgd_work::adopt;
+use dgd_work::{AdoptRequest, adopt};
 
-use crate::args::AdoptArgs;
 use crate::console::Console;
 use crate::failure::CommandError;
 
-pub(crate) fn run(args: &AdoptArgs, console: Console<'_>) -> Result<(), CommandError> {
-    let adopted = adopt(&args.request(), console.session())?;
+pub(crate) fn run(request: &AdoptRequest, console: Console<'_>) -> Result<(), CommandError> {
+    let adopted = adopt(request, console.session())?;
     if let Some(out) = console.out() {
         write_whole(out, |file| file.write_all(adopted.text.as_bytes()))?;
         console.remark(&format!("wrote {}", out.display()));

@@ -1,19 +1,22 @@
 //! `dgd compare`: models, variants, effects and results side by side on the same recordings.
 
-use dgd_work::{TaskEnd, compare};
+use dgd_work::{CompareRequest, TaskEnd, compare};
 
-use crate::args::compare::CompareArgs;
+use crate::args::DrawnArgs;
 use crate::console::Console;
 use crate::failure::CommandError;
 use crate::picture;
 use crate::progress::{BEST_SO_FAR, InterruptPolicy, ProgressDisplay};
 use crate::tail::{CommandOutput, PrintedText, SavedContent, finish};
 
-pub(crate) fn run(args: &CompareArgs, console: Console<'_>) -> Result<(), CommandError> {
-    picture::verify_formats(&args.solve.plot)?;
+pub(crate) fn run(
+    args: &DrawnArgs<CompareRequest>,
+    console: Console<'_>,
+) -> Result<(), CommandError> {
+    picture::verify_formats(&args.plot)?;
     let display = ProgressDisplay::new(console, InterruptPolicy::Stops(BEST_SO_FAR));
     let compared = compare(&args.request(console.out()), display.session())?;
-    let plots = &args.solve.plot;
+    let plots = &args.plot;
     let shown = CommandOutput {
         json: Some(compared.to_json()),
         saved: match console.out() {

@@ -1,20 +1,23 @@
 //! `dgd discover`: where a model and recordings disagree, and which known effect is missing.
 
-use dgd_work::{TaskEnd, discover};
+use dgd_work::{DiscoverRequest, TaskEnd, discover};
 
-use crate::args::DiscoverArgs;
+use crate::args::DrawnArgs;
 use crate::console::Console;
 use crate::failure::CommandError;
 use crate::picture;
 use crate::progress::{InterruptPolicy, ProgressDisplay};
 use crate::tail::{CommandOutput, PrintedText, SavedContent, finish};
 
-pub(crate) fn run(args: &DiscoverArgs, console: Console<'_>) -> Result<(), CommandError> {
-    picture::verify_formats(&args.solve.plot)?;
+pub(crate) fn run(
+    args: &DrawnArgs<DiscoverRequest>,
+    console: Console<'_>,
+) -> Result<(), CommandError> {
+    picture::verify_formats(&args.plot)?;
     let display = ProgressDisplay::new(console, InterruptPolicy::Ends(how_to_go_on));
     let discovered = discover(&args.request(console.out()), display.session())?;
     let shown = || {
-        let plots = &args.solve.plot;
+        let plots = &args.plot;
         let is_silent = console.is_quiet() && console.out().is_some();
         let shown = CommandOutput {
             json: Some(discovered.to_json()),

@@ -1,18 +1,22 @@
 //! `dgd simulate --ensemble`: trajectories for many sets of parameters and initial values.
 
+use dgd_data::write::TableFormat;
 use dgd_work::simulate::EnsembleStorage;
-use dgd_work::simulate_each;
+use dgd_work::{SimulateRequest, simulate_each};
 
-use crate::args::SimulateArgs;
+use crate::args::DrawnArgs;
 use crate::console::{Console, print};
 use crate::failure::CommandError;
 use crate::picture;
 use crate::progress::{InterruptPolicy, ProgressDisplay};
-use crate::table_file::{TableFormat, save_json, save_rows};
+use crate::table_file::save_json;
 use crate::tail::{CommandOutput, SavedContent, finish};
 
-pub(crate) fn run(args: &SimulateArgs, console: Console<'_>) -> Result<(), CommandError> {
-    let plots = &args.run.solve.plot;
+pub(crate) fn run(
+    args: &DrawnArgs<SimulateRequest>,
+    console: Console<'_>,
+) -> Result<(), CommandError> {
+    let plots = &args.plot;
     picture::verify_formats(plots)?;
     let display =
         ProgressDisplay::new(console, InterruptPolicy::Stops("stopping at the sets that are done"));
@@ -26,7 +30,7 @@ pub(crate) fn run(args: &SimulateArgs, console: Console<'_>) -> Result<(), Comma
         // Rows are written as they are computed.
         Some((path, format)) => {
             ensemble.verify_memory(if hold.figure { ensemble.sets() } else { 0 })?;
-            save_rows(path, format, |out| ensemble.write_csv(out, hold, session))?;
+            format.save(path, |out| ensemble.write_csv(out, hold, session))?;
             console.remark(&format!("wrote {} ({} sets)", path.display(), ensemble.done()));
         }
         None if !is_document && !hold.figure => {

@@ -2,21 +2,21 @@
 
 use std::path::{Path, PathBuf};
 
-use dgd_work::{FitFigure, TaskEnd, fit};
+use dgd_work::{FitFigure, FitRequest, TaskEnd, fit};
 
-use crate::args::FitArgs;
+use crate::args::DrawnArgs;
 use crate::console::Console;
 use crate::failure::CommandError;
 use crate::picture::{self, ImageContent};
 use crate::progress::{BEST_SO_FAR, InterruptPolicy, ProgressDisplay};
 use crate::tail::{CommandOutput, PrintedText, SavedContent, finish};
 
-pub(crate) fn run(args: &FitArgs, console: Console<'_>) -> Result<(), CommandError> {
-    picture::verify_formats(&args.solve.plot)?;
+pub(crate) fn run(args: &DrawnArgs<FitRequest>, console: Console<'_>) -> Result<(), CommandError> {
+    picture::verify_formats(&args.plot)?;
     let display = ProgressDisplay::new(console, InterruptPolicy::Stops(BEST_SO_FAR));
     let fitted = fit(&args.request(console.out()), display.session())?;
     let (pages, pictures): (Vec<&PathBuf>, Vec<&PathBuf>) =
-        args.solve.plot.iter().partition(|path| picture::is_page(path));
+        args.plot.iter().partition(|path| picture::is_page(path));
     let mut drawings: Vec<(PathBuf, ImageContent)> = pictures
         .into_iter()
         .flat_map(|path| fitted.figures.iter().map(|figure| (file(path, figure), figure)))

@@ -2,28 +2,27 @@
 
 use dgd_work::{LinearizeRequest, TaskEnd, linearize};
 
-use crate::args::LinearizeArgs;
+use crate::args::DrawnArgs;
 use crate::console::Console;
 use crate::failure::CommandError;
 use crate::picture;
 use crate::progress::{InterruptPolicy, NOTHING, ProgressDisplay};
 use crate::tail::{CommandOutput, PrintedText, SavedContent, WritableTable, finish};
 
-pub(crate) fn run(args: &LinearizeArgs, console: Console<'_>) -> Result<(), CommandError> {
-    picture::verify_formats(&args.solve.plot)?;
+pub(crate) fn run(
+    args: &DrawnArgs<LinearizeRequest>,
+    console: Console<'_>,
+) -> Result<(), CommandError> {
+    picture::verify_formats(&args.plot)?;
     let display = ProgressDisplay::new(console, InterruptPolicy::Ends(NOTHING));
-    let mut request = LinearizeRequest::new(&args.model, args.at);
-    request.choices = args.choices.request();
-    request.data.clone_from(&args.data);
-    request.solve = args.solve.request();
-    let linear = linearize(&request, display.session())?;
+    let linear = linearize(&args.request, display.session())?;
     let table = WritableTable {
         write: &|out| linear.write_csv(out),
         details: linear.to_json(),
         rows: None,
         is_partial: false,
     };
-    let plots = &args.solve.plot;
+    let plots = &args.plot;
     let shown = CommandOutput {
         drawings: picture::drawings(plots, || linear.figure(), |command| Ok(linear.page(command)))?,
         json: Some(linear.to_json()),

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use dgd_work::screen;
 
-use crate::args::screen::ScreenArgs;
+use crate::args::ScreenArgs;
 use crate::console::Console;
 use crate::failure::CommandError;
 use crate::picture;
@@ -14,7 +14,10 @@ use crate::tail::{CommandOutput, PrintedText, SavedContent, finish};
 pub(crate) fn run(args: &ScreenArgs, console: Console<'_>) -> Result<(), CommandError> {
     picture::verify_formats(&args.plot)?;
     let display = ProgressDisplay::new(console, InterruptPolicy::Ends(NOTHING));
-    if args.plot.len() > 1 && args.data.len() > 1 && args.plot.len() != args.data.len() {
+    if args.plot.len() > 1
+        && args.request.data.len() > 1
+        && args.plot.len() != args.request.data.len()
+    {
         return Err(CommandError::Usage("give one `--plot`, or one for each `--data`".to_owned()));
     }
     let screened = screen(&args.request(), display.session())?;

@@ -1,20 +1,23 @@
 //! `dgd sensitivity`: derivatives of states and outputs with respect to parameters over time.
 
-use dgd_work::sensitivity;
 use dgd_work::sensitivity::verify::VerificationReport;
+use dgd_work::{SensitivityRequest, sensitivity};
 
-use crate::args::SensitivityArgs;
+use crate::args::DrawnArgs;
 use crate::console::Console;
 use crate::failure::CommandError;
 use crate::picture;
 use crate::progress::{InterruptPolicy, ProgressDisplay, ROWS_SO_FAR};
 use crate::tail::{CommandOutput, PrintedText, SavedContent, WritableTable, finish};
 
-pub(crate) fn run(args: &SensitivityArgs, console: Console<'_>) -> Result<(), CommandError> {
-    let plots = &args.run.solve.plot;
+pub(crate) fn run(
+    args: &DrawnArgs<SensitivityRequest>,
+    console: Console<'_>,
+) -> Result<(), CommandError> {
+    let plots = &args.plot;
     picture::verify_formats(plots)?;
     let display = ProgressDisplay::new(console, InterruptPolicy::Stops(ROWS_SO_FAR));
-    let sensitivities = sensitivity(&args.request(), display.session())?;
+    let sensitivities = sensitivity(&args.request, display.session())?;
     let is_partial = sensitivities.stopped.is_some();
     let drawings = if is_partial {
         Vec::new()

@@ -1,19 +1,22 @@
 //! `dgd simulate`: trajectories of states and outputs.
 
-use dgd_work::{TaskEnd, simulate};
+use dgd_work::{SimulateRequest, TaskEnd, simulate};
 
-use crate::args::SimulateArgs;
+use crate::args::DrawnArgs;
 use crate::console::Console;
 use crate::failure::CommandError;
 use crate::picture;
 use crate::progress::{InterruptPolicy, ProgressDisplay, ROWS_SO_FAR};
 use crate::tail::{CommandOutput, PrintedText, SavedContent, WritableTable, finish};
 
-pub(crate) fn run(args: &SimulateArgs, console: Console<'_>) -> Result<(), CommandError> {
-    if args.ensemble.is_some() {
+pub(crate) fn run(
+    args: &DrawnArgs<SimulateRequest>,
+    console: Console<'_>,
+) -> Result<(), CommandError> {
+    if args.request.ensemble.is_some() {
         return super::ensemble::run(args, console);
     }
-    let plots = &args.run.solve.plot;
+    let plots = &args.plot;
     picture::verify_formats(plots)?;
     let display = ProgressDisplay::new(console, InterruptPolicy::Stops(ROWS_SO_FAR));
     let simulated = simulate(&args.request(), display.session())?;

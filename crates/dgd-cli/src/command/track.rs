@@ -3,19 +3,22 @@
 use std::io::{self, Read, Write};
 use std::path::Path;
 
-use dgd_work::{LineFormat, TaskEnd, TrackingResult, track};
+use dgd_data::write::TableFormat;
+use dgd_work::{LineFormat, TaskEnd, TrackRequest, TrackingResult, track};
 use serde_json::json;
 
-use crate::args::TrackArgs;
+use crate::args::DrawnArgs;
 use crate::console::Console;
 use crate::failure::CommandError;
 use crate::picture;
 use crate::progress::{InterruptPolicy, NOTHING, ProgressDisplay};
-use crate::table_file::{TableFormat, save_rows};
 use crate::tail::{CommandOutput, SavedContent, finish};
 
-pub(crate) fn run(args: &TrackArgs, console: Console<'_>) -> Result<(), CommandError> {
-    picture::verify_formats(&args.solve.plot)?;
+pub(crate) fn run(
+    args: &DrawnArgs<TrackRequest>,
+    console: Console<'_>,
+) -> Result<(), CommandError> {
+    picture::verify_formats(&args.plot)?;
     let (tracked, ended) = match console.out() {
         None => print(args, console)?,
         Some(path) => save(args, path, console)?,
@@ -23,7 +26,7 @@ pub(crate) fn run(args: &TrackArgs, console: Console<'_>) -> Result<(), CommandE
     for words in &tracked.remarks {
         console.remark(words);
     }
-    let plots = &args.solve.plot;
+    let plots = &args.plot;
     let drawings =
         picture::drawings(plots, || tracked.figure(), |command| Ok(tracked.page(command)))?;
     finish(
@@ -41,12 +44,12 @@ pub(crate) fn run(args: &TrackArgs, console: Console<'_>) -> Result<(), CommandE
 type TrackEnd = (TrackingResult, Result<(), CommandError>);
 
 /// Standard input, if that is the recording.
-fn input(args: &TrackArgs) -> Option<Box<dyn Read>> {
-    (args.data == Path::new("-")).then(|| Box::new(io::stdin()) as Box<dyn Read>)
+fn input(args: &DrawnArgs<TrackRequest>) -> Option<Box<dyn Read>> {
+    (args.request.data == Path::new("-")).then(|| Box::new(io::stdin()) as Box<dyn Read>)
 }
 
 /// Tracks to standard output; programs read an error there as the last line.
-fn print(args: &TrackArgs, console: Console<'_>) -> Result<TrackEnd, CommandError> {
+fn print(args: &DrawnArgs<TrackRequest>, console: Console<'_>) -> Result<TrackEnd, CommandError> {
     let mut out = io::stdout().lock();
     let format = if console.is_json() { LineFormat::Lines } else { LineFormat::Csv };
     let session = console.session();
@@ -67,7 +70,11 @@ fn print(args: &TrackArgs, console: Console<'_>) -> Result<TrackEnd, CommandErro
 }
 
 /// Tracks into a file that is written atomically.
-fn save(args: &TrackArgs, path: &Path, console: Console<'_>) -> Result<TrackEnd, CommandError> {
+fn save(
+    args: &DrawnArgs<TrackRequest>,
+    path: &Path,
+    console: Console<'_>,
+) -> Result<TrackEnd, CommandError> {
     let format = console.table_format(path)?;
     let lines = match format {
         TableFormat::Csv | TableFormat::Parquet => LineFormat::Csv,
@@ -76,7 +83,7 @@ fn save(args: &TrackArgs, path: &Path, console: Console<'_>) -> Result<TrackEnd,
     };
     let display = ProgressDisplay::new(console, InterruptPolicy::Ends(NOTHING));
     let mut outcome = None;
-    let written = save_rows(path, format, |out| {
+    let written = format.save(path, |out| {
         let tracked = track(&args.request(), input(args), display.session(), out, lines);
         let is_whole = tracked.as_ref().is_ok_and(|tracked| tracked.stopped.is_none());
         outcome = Some(tracked);

@@ -11,11 +11,11 @@ pub(crate) fn run(args: &WatchArgs, console: Console<'_>) -> Result<(), CommandE
 
     use crate::console::print;
 
-    if !args.run.solve.plot.is_empty() {
+    if !args.run.plot.is_empty() {
         let why = "`--plot` writes a picture once; `dgd watch` draws a page again and again. Leave it out, or use `dgd simulate`";
         return Err(CommandError::Usage(why.to_owned()));
     }
-    let files = [Some(&args.run.model), args.run.data.as_ref()];
+    let files = [Some(&args.run.request.model), args.run.request.data.as_ref()];
     if let Some(missing) = files.into_iter().flatten().find(|path| !path.is_file()) {
         let why = format!("`{}` is not a file that could be watched", missing.display());
         return Err(CommandError::Found(why));
@@ -29,7 +29,7 @@ pub(crate) fn run(args: &WatchArgs, console: Console<'_>) -> Result<(), CommandE
         };
         console.remark("open this address in a browser; Ctrl-C ends it");
     };
-    let served = dgd_watch::server::serve(args.run.request(), args.port, tell);
+    let served = dgd_watch::server::serve(args.run.request.clone(), args.port, tell);
     printed?;
     served.map_err(|error| {
         CommandError::Found(format!("cannot serve on port {} of this machine: {error}", args.port))

@@ -27,6 +27,8 @@
 //! estimates for regression, Ann. Stat. 15 (1987) 642; constants: Holland, Welsch, Robust regression
 //! using iteratively reweighted least-squares, Commun. Stat. A 6 (1977) 813.
 
+use dgd_runtime::signature::choices;
+
 use crate::keep_by_fields;
 
 /// The median of |r| of a normal deviate.
@@ -35,18 +37,19 @@ const NORMAL_MEDIAN: f64 = 0.674_489_750_196_081_7;
 /// A sample with less weight than this counts as downweighted.
 const LIGHT: f64 = 0.5;
 
-/// The contribution of an error to the sum that a fit minimises, as a function of r = e/σ.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub enum Loss {
-    /// r²: the most efficient for normal noise.
-    #[default]
-    Squares,
-    /// Linear from 1.345 on: the influence of outliers is bounded.
-    Huber,
-    /// The logarithm of 1 + (r/2.3849)²: the influence of outliers decreases with their distance.
-    Cauchy,
-    /// Constant from 4.6851 on: errors beyond have no influence.
-    Tukey,
+choices! {
+    /// The contribution of an error to the sum that a fit minimises, as a function of r = e/σ, the residual in standard
+    /// deviations.
+    pub enum Loss {
+        /// Squared residual: the most precise with Gaussian noise.
+        Squares = "squares",
+        /// Squared up to 1.345 standard deviations, linear beyond: limits the pull of outliers.
+        Huber = "huber",
+        /// Logarithmic: the further away an outlier, the less it pulls.
+        Cauchy = "cauchy",
+        /// Constant beyond 4.685 standard deviations: residuals further away have no influence.
+        Tukey = "tukey",
+    }
 }
 
 /// ρ and its derivatives at a residual.
@@ -78,16 +81,6 @@ impl Loss {
             Self::Huber => 0.007_145,
             Self::Cauchy => 0.017_084,
             Self::Tukey => 0.011_227,
-        }
-    }
-
-    /// A one-word name.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Squares => "squares",
-            Self::Huber => "huber",
-            Self::Cauchy => "cauchy",
-            Self::Tukey => "tukey",
         }
     }
 

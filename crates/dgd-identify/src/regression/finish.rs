@@ -261,7 +261,7 @@ pub(crate) fn finish(
         .map(|i| {
             let parameter = &signature.parameters[*i];
             match found.p[*i] {
-                _ if method == RegressionMethod::LeastSquares => None,
+                _ if !method.has_bounds() => None,
                 value if value <= parameter.lower => Some(BoundReached::Lower),
                 value if value >= parameter.upper => Some(BoundReached::Upper),
                 _ => None,

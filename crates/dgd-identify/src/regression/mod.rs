@@ -80,6 +80,24 @@ pub enum RegressionMethod {
     NelderMead,
 }
 
+impl RegressionMethod {
+    /// Whether estimates stay within the parameters' bounds.
+    pub(crate) fn has_bounds(self) -> bool {
+        match self {
+            Self::LeastSquares => false,
+            Self::Bounded | Self::VariableProjection | Self::NelderMead => true,
+        }
+    }
+
+    /// Whether it searches for parameters that do not enter linearly.
+    pub fn searches(self) -> bool {
+        match self {
+            Self::LeastSquares | Self::Bounded => false,
+            Self::VariableProjection | Self::NelderMead => true,
+        }
+    }
+}
+
 /// A regression problem.
 #[derive(Debug, Clone)]
 pub struct RegressionProblem<'a> {
@@ -191,7 +209,7 @@ fn regress_known(
     let mut rows = prepared.rows(known)?;
     let linear = structure::find_linear(problem.system, &mut rows, &prepared.p);
     let is_linear = linear.iter().all(|linear| *linear);
-    if !is_linear && matches!(method, RegressionMethod::LeastSquares | RegressionMethod::Bounded) {
+    if !is_linear && !method.searches() {
         return Err(prepare::not_linear(problem, &mut rows, &linear));
     }
 

@@ -66,11 +66,12 @@ impl<'a> PreparedRegression<'a> {
     /// Bounds of the free parameters, if the method respects these.
     pub(crate) fn bounds(&self, method: RegressionMethod) -> Vec<(f64, f64)> {
         let parameters = &self.problem.system.signature().parameters;
-        let bounds_of = |i: &usize| match method {
-            RegressionMethod::LeastSquares => (f64::NEG_INFINITY, f64::INFINITY),
-            RegressionMethod::Bounded
-            | RegressionMethod::VariableProjection
-            | RegressionMethod::NelderMead => (parameters[*i].lower, parameters[*i].upper),
+        let bounds_of = |i: &usize| {
+            if method.has_bounds() {
+                (parameters[*i].lower, parameters[*i].upper)
+            } else {
+                (f64::NEG_INFINITY, f64::INFINITY)
+            }
         };
         self.free.iter().map(bounds_of).collect()
     }

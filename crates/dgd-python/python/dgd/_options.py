@@ -50,69 +50,23 @@ class RunOptions(TypedDict, total=False):
     threads: int | None
 
 
-_DEFAULTS: dict[str, Any] = {
-    "rename": None,
-    "from_": None,
-    "until": None,
-    "method": "auto",
-    "steps": "auto",
-    "rtol": 1e-6,
-    "atol": None,
-    "engine": "auto",
-    "seed": 0,
-    "threads": None,
-}
-
-# What calls take besides; one dictionary serves all.
-_CALLS: dict[str, Any] = {
-    "begin": "model",
-    "set": [],
-    "every": None,
-    "noise_seed": None,
-    "of": [],
-    "to": [],
-    "scaled": False,
-    "free": [],
-    "fix": [],
-    "outputs": [],
-    "noise": "estimated",
-    "evaluations": None,
-    "loss": "squares",
-    "starts": 1,
-    "spread": "values",
-    "profile": [],
-    "bootstrap": 0,
-    "information": False,
-    "estimator": "output-error",
-    "smoothing": None,
-    "steady": [],
-    "effects": [],
-    "budget": None,
-    "command": "",
-    "process_noise": [],
-    "start_std": [],
-    "forgetting": None,
-    "gate": None,
-}
-
-
 def native(run: Mapping[str, Any], params: Values, start: Start, **calls: Any) -> dict[str, Any]:
-    """The dictionary for the native module."""
+    """The dictionary for the native module: options of the command that were given, with its names and values."""
+    known = list(RunOptions.__annotations__)
     for name in run:
-        if name not in _DEFAULTS and name != "units":
-            known = [*_DEFAULTS, "units"]
+        if name not in known:
             near = get_close_matches(name, known, 1)
             hint = f"did you mean `{near[0]}`?" if near else "there is `" + "`, `".join(known) + "`"
             raise TypeError(f"there is no option `{name}`; {hint}")
-    options = {**_CALLS, **_DEFAULTS, **run, **calls}
-    options["first"] = options["from_"]
-    options["rename"] = list((options["rename"] or {}).items())
-    options["set"] = settings(params)
+    options: dict[str, Any] = {**run, **calls, "set": settings(params)}
+    options.pop("units", None)
+    options["from"] = options.pop("from_", None)
+    options["rename"] = [f"{column}={name}" for column, name in (options.get("rename") or {}).items()]
     if isinstance(start, str):
-        options["begin"] = start
+        options["start"] = start
     else:
-        options["set"] = options["set"] + settings(start)
-    return options
+        options["set"] += settings(start)
+    return {name: value for name, value in options.items() if value is not None}
 
 
 def settings(values: Values) -> list[str]:

@@ -77,6 +77,8 @@ pub fn discover(
     session: TaskContext<'_>,
 ) -> Result<DiscoveryResult, WorkError> {
     keeping::verify(&request.keep)?;
+    let choices = request.choices.starting(&request.solve);
+    let request = &DiscoverRequest { choices, ..request.clone() };
     let integration = options(&request.solve)?;
     let mut compilation = Compilation::new(session.files);
     let offered = offered::offered(request, session.files);

@@ -34,7 +34,7 @@ use serde_json::{Value, json};
 use crate::error::{TaskEnd, WorkError};
 use crate::output::json_text;
 use crate::output::provenance::Provenance;
-use crate::request::{Estimator, FitRequest};
+use crate::request::{EstimationApproach, Estimator, FitRequest};
 use crate::result::fit::FitDocument;
 use crate::run::keeping;
 use crate::session::TaskContext;
@@ -125,20 +125,13 @@ pub fn fit(request: &FitRequest, session: TaskContext<'_>) -> Result<FitResult, 
     request.search.verify(estimator)?;
     request.regression.verify_evaluations(request.evaluations)?;
     request.intervals.verify(estimator, dgd_runtime::System::signature(&task.system))?;
-    let result = match estimator {
-        Estimator::OutputError => output_error::run(&task, request, place),
-        Estimator::Linearised if has_all => output_error::run(&task, request, place),
-        Estimator::PredictionError if has_all => prediction_error::run(&task, request),
-        Estimator::LeastSquares
-        | Estimator::Bounded
-        | Estimator::Separable
-        | Estimator::NelderMead
-        | Estimator::Recursive
-            if has_all =>
-        {
-            regress::run(&task, request)
-        }
-        _ => Err(WorkError::Usage("this program fits by simulation alone".to_owned())),
+    let result = match estimator.approach() {
+        EstimationApproach::Simulation => output_error::run(&task, request, place),
+        _ if !has_all => Err(WorkError::Usage("this program fits by simulation alone".to_owned())),
+        EstimationApproach::LinearSimulation => output_error::run(&task, request, place),
+        EstimationApproach::Filter => prediction_error::run(&task, request),
+        EstimationApproach::Regression(method) => regress::run(&task, request, Some(method)),
+        EstimationApproach::RecursiveRegression => regress::run(&task, request, None),
     }?;
     Ok(FitResult {
         estimator,

@@ -10,7 +10,7 @@ use dgd_runtime::{Direction, Observations, Options, Problem, System, Unit, consi
 
 use super::task::FitSetup;
 use crate::error::{WorkError, meant};
-use crate::request::{Estimator, FitRequest};
+use crate::request::FitRequest;
 use crate::run::{densities, recording};
 use crate::session::TaskContext;
 
@@ -86,7 +86,7 @@ pub fn objective(
     noise: &[(String, f64)],
     session: TaskContext<'_>,
 ) -> Result<Objective, WorkError> {
-    if request.regression.estimator != Estimator::OutputError {
+    if !request.regression.estimator.simulates_model() {
         return Err(WorkError::Usage(
             "residuals are those of simulated outputs: `--estimator output-error`".to_owned(),
         ));

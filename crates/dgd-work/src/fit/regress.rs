@@ -3,8 +3,8 @@
 use std::path::PathBuf;
 
 use dgd_identify::regression::{
-    FollowOptions, Forgetting, Normalisation, RegressionError, RegressionMethod, RegressionProblem,
-    follow, regress, regression_profiles, traces,
+    FollowOptions, Forgetting, RegressionError, RegressionMethod, RegressionProblem, follow,
+    regress, regression_profiles, traces,
 };
 use dgd_identify::{EstimateError, OutputErrorProblem, Recording};
 use dgd_runtime::System;
@@ -19,31 +19,25 @@ use crate::fit::report::intervals::Intervals;
 use crate::fit::report::left_out::IncompleteFit;
 use crate::fit::report::outcome::ValidationResult;
 use crate::fit::report::regression::RegressionOutcome;
-use crate::request::{Estimator, FitRequest, Normalise, RegressionRequest};
+use crate::request::{FitRequest, RegressionRequest};
 use crate::run::recording::TimeColumnRule;
 
-pub(super) fn run(task: &FitSetup<'_>, request: &FitRequest) -> Result<EstimatorResult, WorkError> {
+/// Estimates by this method or, without one, recursively.
+pub(super) fn run(
+    task: &FitSetup<'_>,
+    request: &FitRequest,
+    method: Option<RegressionMethod>,
+) -> Result<EstimatorResult, WorkError> {
     let problem = regression_problem(task, request)?;
-    let regress_by = |method| regress(&problem, method);
     let mut followed = None;
-    let fit = match request.regression.estimator {
-        Estimator::LeastSquares => regress_by(RegressionMethod::LeastSquares),
-        Estimator::Bounded => regress_by(RegressionMethod::Bounded),
-        Estimator::NelderMead => regress_by(RegressionMethod::NelderMead),
-        Estimator::Separable
-        | Estimator::OutputError
-        | Estimator::Linearised
-        | Estimator::PredictionError => regress_by(RegressionMethod::VariableProjection),
-        Estimator::Recursive if task.clock == TimeColumnRule::Rows => {
-            Err(RegressionError::NotOverTime)
-        }
-        Estimator::Recursive => {
-            follow(&problem, &follow_options(&request.regression)).map(|found| {
-                let fit = found.fit.clone();
-                followed = Some(found);
-                fit
-            })
-        }
+    let fit = match method {
+        Some(method) => regress(&problem, method),
+        None if task.clock == TimeColumnRule::Rows => Err(RegressionError::NotOverTime),
+        None => follow(&problem, &follow_options(&request.regression)).map(|found| {
+            let fit = found.fit.clone();
+            followed = Some(found);
+            fit
+        }),
     };
     let mut fit = fit.map_err(|error| failed(task, request, error))?;
     if task.few.hide_stds() {
@@ -138,16 +132,15 @@ fn simulated_traces(
 }
 
 fn follow_options(request: &RegressionRequest) -> FollowOptions {
-    let normalisation = match request.normalise {
-        Normalise::None => Normalisation::None,
-        Normalise::Regressors => Normalisation::Regressors,
-        Normalise::Covariance => Normalisation::Covariance,
-    };
     let limit = request.most_variance.unwrap_or(f64::INFINITY);
     FollowOptions {
         time_constants: request.filter.clone(),
         start_variance: request.start_variance,
-        forgetting: Forgetting { rate: request.forgetting, limit, normalisation },
+        forgetting: Forgetting {
+            rate: request.forgetting,
+            limit,
+            normalisation: request.normalise,
+        },
     }
 }
 

@@ -29,7 +29,7 @@ use crate::fit::report::outcome::ValidationResult;
 use crate::fit::report::standard::NoiseStandard;
 use crate::model::Compilation;
 use crate::output::provenance::{self, DataFile, Provenance};
-use crate::request::{Estimator, FitRequest, LinearizeAt};
+use crate::request::{EstimationApproach, FitRequest, LinearizeAt};
 use crate::run::recording::{self, TimeColumnRule};
 use crate::run::{
     densities, executable, keeping, options, reservations, verify_memory_of_fit, with_method,
@@ -74,9 +74,9 @@ impl<'s> FitSetup<'s> {
     ) -> Result<FitSetup<'s>, WorkError> {
         let options = Options { watched: session.listener.watched(), ..options(&request.solve)? };
         let mut compilation = Compilation::new(session.files);
-        let options_of_model = compilation.options(&request.choices)?;
+        let options_of_model = compilation.options(&request.choices.starting(&request.solve))?;
         let (free, fixed) = compilation.sought(&request.sought);
-        let directions = if request.regression.estimator == Estimator::PredictionError {
+        let directions = if request.regression.estimator.is_filter() {
             SensitivityDirections::Tracked { free, fixed }
         } else {
             SensitivityDirections::Estimated { free, fixed }
@@ -128,8 +128,8 @@ impl<'s> FitSetup<'s> {
         let train = experiments(train, &request.data)?;
         let valid = experiments(valid, &request.valid)?;
         if request.regression.estimator.simulates() {
-            let keeps = request.regression.estimator == Estimator::Linearised
-                || request.intervals.information;
+            let keeps =
+                !request.regression.estimator.simulates_model() || request.intervals.information;
             verify_memory_of_fit("the fit", signature, &train, session.threads, keeps)?;
         }
         let options = match train.first() {
@@ -146,11 +146,11 @@ impl<'s> FitSetup<'s> {
         let options = with_method_to_begin(options, &request.solve, runs, session);
         let mut noise =
             densities::of_outputs(signature, &compiled.model, request, &used, &train, &valid)?;
-        let estimates = match request.regression.estimator {
-            Estimator::OutputError | Estimator::Linearised => {
+        let estimates = match request.regression.estimator.approach() {
+            EstimationApproach::Simulation | EstimationApproach::LinearSimulation => {
                 estimates(signature, train.len(), |_| true)
             }
-            Estimator::PredictionError => {
+            EstimationApproach::Filter => {
                 let levels = FilterProblem::new(system.as_model(), &p).states().len()
                     + noise.iter().filter(|noise| **noise == Some(NoiseSource::Estimated)).count();
                 let is_free = |direction: &Direction| {
@@ -158,18 +158,16 @@ impl<'s> FitSetup<'s> {
                 };
                 estimates(signature, train.len(), is_free) + levels
             }
-            Estimator::LeastSquares
-            | Estimator::Bounded
-            | Estimator::Separable
-            | Estimator::NelderMead
-            | Estimator::Recursive => estimates(signature, 0, |_| true),
+            EstimationApproach::Regression(_) | EstimationApproach::RecursiveRegression => {
+                estimates(signature, 0, |_| true)
+            }
         };
         let few = FewSamples::find(&signature.outputs, &train, &mut noise, estimates);
         let sources = compilation.sources;
         session.spare(&sources)?;
         let of_program = || Digest::EMPTY.debug(&compiled.program);
         // Only the estimator that simulates takes long enough for a journal.
-        let journal = if request.regression.estimator == Estimator::OutputError {
+        let journal = if request.regression.estimator.simulates_model() {
             let input = || of_program().debug(&(&p, &train, &valid, &noise)).debug(&options);
             keeping::journal(&request.keep, input, session)?
         } else if request.keep.resume {

@@ -38,7 +38,8 @@ pub fn linearize(
         let message = format!("`--at {t}`: the run begins at {from} s, so it never gets there");
         return Err(WorkError::Usage(message));
     }
-    let loaded = load(&request.model, &request.choices, &SensitivityDirections::None, session)?;
+    let choices = request.choices.starting(&request.solve);
+    let loaded = load(&request.model, &choices, &SensitivityDirections::None, session)?;
     let run = ModelRun::prepare(&run_request(request), loaded, session)?;
     let from = run.times[0];
     session.listener.begins(false);

@@ -2,15 +2,19 @@
 
 use std::path::PathBuf;
 
+#[cfg(feature = "clap")]
+use super::values;
 use super::{LinearizeAt, ModelChoices, SolverOptions, model};
 
 /// A model, or an effect, to be checked.
 #[derive(Debug, Clone)]
+#[cfg_attr(feature = "clap", derive(clap::Args))]
 #[non_exhaustive]
 pub struct CheckRequest {
-    /// The model or effect file.
+    /// The model file, or an effect.
     pub model: PathBuf,
     /// Variants, settings and effects of the model.
+    #[cfg_attr(feature = "clap", command(flatten))]
     pub choices: ModelChoices,
 }
 
@@ -24,17 +28,22 @@ impl CheckRequest {
 
 /// One run of a model.
 #[derive(Debug, Clone)]
+#[cfg_attr(feature = "clap", derive(clap::Args))]
 #[non_exhaustive]
 pub struct RunRequest {
     /// The model file.
     pub model: PathBuf,
     /// Variants, settings and effects of the model.
+    #[cfg_attr(feature = "clap", command(flatten))]
     pub choices: ModelChoices,
     /// Inputs, and measured outputs to compare with.
+    #[cfg_attr(feature = "clap", arg(long, value_name = "FILE"))]
     pub data: Option<PathBuf>,
-    /// Time between rows, s; by default the data's rows.
+    /// Time between rows, in s or as in `5min`; the data's rows by default.
+    #[cfg_attr(feature = "clap", arg(long, value_name = "DT", value_parser = values::time, allow_hyphen_values = true))]
     pub every: Option<f64>,
     /// Simulation settings.
+    #[cfg_attr(feature = "clap", command(flatten))]
     pub solve: SolverOptions,
 }
 
@@ -48,21 +57,32 @@ impl RunRequest {
 
 /// States and outputs over time.
 #[derive(Debug, Clone)]
+#[cfg_attr(feature = "clap", derive(clap::Args))]
 #[non_exhaustive]
 pub struct SimulateRequest {
     /// The run.
+    #[cfg_attr(feature = "clap", command(flatten))]
     pub run: RunRequest,
-    /// A file with sets of parameters and initial values, for `simulate_each`.
+    /// Simulate once for each row of this file; its columns are parameters, or states for their initial values, as in
+    /// `c0 [m]`.
+    #[cfg_attr(feature = "clap", arg(long, value_name = "SETS"))]
     pub ensemble: Option<PathBuf>,
-    /// Abscissa of the outputs' plots, if not time.
+    /// Plot the outputs over this input, state or output instead of time, one panel for each unit.
+    #[cfg_attr(feature = "clap", arg(long, value_name = "NAME", conflicts_with = "ensemble"))]
     pub over: Option<String>,
-    /// Arrays of outputs, each with the array whose values label the ends of its curves over that quantity.
+    /// Draw the elements of an array of outputs in one colour, and label the end of each with its value in another array, as
+    /// in `head=speed`; needs another abscissa than time.
+    #[cfg_attr(feature = "clap", arg(long = "label", value_name = "CURVES=BY", requires = "over", value_parser = values::label))]
     pub labels: Vec<(String, String)>,
-    /// Outputs, or arrays of them, that are the abscissas and ordinates of marked points.
+    /// Mark points whose coordinates are two outputs, or arrays of outputs, as in `q_op,h_op`; needs another abscissa than
+    /// time.
+    #[cfg_attr(feature = "clap", arg(long = "mark", value_name = "X,Y", requires = "over", value_parser = values::mark))]
     pub marks: Vec<(String, String)>,
-    /// Seed of measurement noise that is added to the outputs.
+    /// Add measurement noise to the outputs, drawn with this seed.
+    #[cfg_attr(feature = "clap", arg(long, value_name = "N", value_parser = values::whole::<u64>, allow_negative_numbers = true))]
     pub noise_seed: Option<u64>,
     /// Whether to keep arrays of unknowns, for figures over place and time.
+    #[cfg_attr(feature = "clap", arg(skip))]
     pub fields: bool,
 }
 
@@ -83,17 +103,23 @@ impl SimulateRequest {
 
 /// Derivatives of states and outputs with respect to parameters over time.
 #[derive(Debug, Clone)]
+#[cfg_attr(feature = "clap", derive(clap::Args))]
 #[non_exhaustive]
 pub struct SensitivityRequest {
     /// The run.
+    #[cfg_attr(feature = "clap", command(flatten))]
     pub run: RunRequest,
     /// States and outputs to differentiate; all by default.
+    #[cfg_attr(feature = "clap", arg(long, value_name = "NAMES", value_delimiter = ','))]
     pub of: Vec<String>,
-    /// Parameters, or states for their initial values; all parameters by default.
+    /// Differentiate with respect to these parameters, or states for their initial values; all parameters by default.
+    #[cfg_attr(feature = "clap", arg(long, value_name = "NAMES", value_delimiter = ','))]
     pub to: Vec<String>,
-    /// Whether each derivative is multiplied by its parameter.
+    /// Multiply each derivative by its parameter.
+    #[cfg_attr(feature = "clap", arg(long))]
     pub scaled: bool,
-    /// Whether to compare the derivatives with finite differences.
+    /// Compare the derivatives with finite differences, and report the errors.
+    #[cfg_attr(feature = "clap", arg(long))]
     pub verify_sensitivities: bool,
 }
 
@@ -107,17 +133,23 @@ impl SensitivityRequest {
 
 /// The linear model at a point.
 #[derive(Debug, Clone)]
+#[cfg_attr(feature = "clap", derive(clap::Args))]
 #[non_exhaustive]
 pub struct LinearizeRequest {
     /// The model file.
     pub model: PathBuf,
     /// Variants, settings and effects of the model.
+    #[cfg_attr(feature = "clap", command(flatten))]
     pub choices: ModelChoices,
     /// Inputs.
+    #[cfg_attr(feature = "clap", arg(long, value_name = "FILE"))]
     pub data: Option<PathBuf>,
-    /// The point.
+    /// Operating point: a time in s since the data's first sample, `steady` (steady state with the inputs of the first
+    /// time) or `mean` (steady state with the mean inputs).
+    #[cfg_attr(feature = "clap", arg(long, value_name = "T|steady|mean", allow_negative_numbers = true, value_parser = values::point))]
     pub at: LinearizeAt,
     /// Settings of the run to the point.
+    #[cfg_attr(feature = "clap", command(flatten))]
     pub solve: SolverOptions,
 }
 
@@ -131,32 +163,62 @@ impl LinearizeRequest {
 
 /// The missing term of an equation, from measurements.
 #[derive(Debug, Clone)]
+#[cfg_attr(feature = "clap", derive(clap::Args))]
 #[non_exhaustive]
 pub struct InvertRequest {
-    /// The model and the recording.
-    pub run: RunRequest,
-    /// Label of the equation.
+    /// The model file.
+    pub model: PathBuf,
+    /// Variants, settings and effects of the model.
+    #[cfg_attr(feature = "clap", command(flatten))]
+    pub choices: ModelChoices,
+    /// Inputs and measured outputs.
+    #[cfg_attr(feature = "clap", arg(long, value_name = "FILE"))]
+    pub data: PathBuf,
+    /// Label of the equation, as in `equation LABEL: …`.
+    #[cfg_attr(feature = "clap", arg(long = "for", value_name = "LABEL"))]
     pub equation: String,
-    /// Outputs to use; all measured ones by default.
+    /// Outputs whose readings are used; all measured ones by default.
+    #[cfg_attr(feature = "clap", arg(long, value_name = "NAMES", value_delimiter = ','))]
     pub outputs: Vec<String>,
-    /// Half the width of the averaging window, s; by default the most likely.
+    /// Half the width of the averaging window, as in `20s` or `2min`; by default the most likely.
+    #[cfg_attr(feature = "clap", arg(long, value_name = "TIME", value_parser = values::time, allow_hyphen_values = true))]
     pub bandwidth: Option<f64>,
     /// Unit of the missing term; by default that of the first quantity of the model with the same dimension.
+    #[cfg_attr(feature = "clap", arg(long, value_name = "UNIT"))]
     pub unit: Option<String>,
-    /// Whether to add a smoothed estimate from the whole model.
+    /// Add the estimate of a smoother with the whole model, as plotted by `discover`.
+    #[cfg_attr(feature = "clap", arg(long))]
     pub with_estimate: bool,
+    /// Simulation settings.
+    #[cfg_attr(feature = "clap", command(flatten))]
+    pub solve: SolverOptions,
 }
 
 impl InvertRequest {
     /// Inverts this equation.
-    pub fn new(run: RunRequest, equation: impl Into<String>) -> Self {
+    pub fn new(
+        path: impl Into<PathBuf>,
+        data: impl Into<PathBuf>,
+        equation: impl Into<String>,
+    ) -> Self {
+        let (model, choices) = model(path);
         InvertRequest {
-            run,
+            model,
+            choices,
+            data: data.into(),
             equation: equation.into(),
             outputs: Vec::new(),
             bandwidth: None,
             unit: None,
             with_estimate: false,
+            solve: SolverOptions::default(),
         }
+    }
+
+    /// Its model on its recording.
+    pub(crate) fn run(&self) -> RunRequest {
+        let (model, choices, solve) =
+            (self.model.clone(), self.choices.clone(), self.solve.clone());
+        RunRequest { model, choices, data: Some(self.data.clone()), every: None, solve }
     }
 }

@@ -9,7 +9,7 @@ use dgd_runtime::Signature;
 use dgd_runtime::signature::{Density, Distribution};
 
 use crate::error::WorkError;
-use crate::request::{Estimator, FitRequest, NoiseFrom};
+use crate::request::{FitRequest, NoiseFrom};
 use crate::session::TaskContext;
 
 /// Refuses a model with noise other than a number, for tasks that need a single standard deviation.
@@ -57,7 +57,7 @@ pub(crate) fn of_outputs(
         noises.push(Some(match (signature.density(i), output.noise, request.noise) {
             (Some(density), ..) => {
                 // The filter of a prediction error supports one σ per output, whether given or a parameter.
-                let is_level = request.regression.estimator == Estimator::PredictionError
+                let is_level = request.regression.estimator.is_filter()
                     && parameter_of(model, density).is_some();
                 if !is_level {
                     let what = format!("the `noise` of `{}` is more than a number", output.name);
@@ -91,7 +91,7 @@ pub(crate) fn parameter_of(model: &Model, density: Density) -> Option<usize> {
 fn verify_takes_densities(request: &FitRequest, what: &str) -> Result<(), WorkError> {
     let refused = |who: &str| Err(WorkError::Usage(format!("{what}, which {who} does not take")));
     let estimator = request.regression.estimator;
-    if estimator != Estimator::OutputError {
+    if !estimator.simulates_model() {
         return refused(&format!("`--estimator {}`", estimator.name()));
     }
     if request.intervals.bootstrap > 0 {

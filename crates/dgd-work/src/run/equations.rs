@@ -70,7 +70,8 @@ pub fn equations(
         // One row is enough.
         request.solve.until = request.solve.until.or(request.solve.from).or(Some(0.0));
     }
-    let loaded = load(&request.model, &request.choices, &SensitivityDirections::None, session)?;
+    let choices = request.choices.starting(&request.solve);
+    let loaded = load(&request.model, &choices, &SensitivityDirections::None, session)?;
     let run = ModelRun::prepare(&request, loaded, session)?;
     let signature = run.signature();
     let is_late = !(signature.delayed_inputs.is_empty() && signature.delayed_unknowns.is_empty());

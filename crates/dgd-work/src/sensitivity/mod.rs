@@ -255,7 +255,7 @@ fn load(
     session: TaskContext<'_>,
 ) -> Result<(LoadedModel, Vec<DifferentiableQuantity>), WorkError> {
     let mut compilation = Compilation::new(session.files);
-    let options = compilation.options(&request.run.choices)?;
+    let options = compilation.options(&request.run.choices.starting(&request.run.solve))?;
     let directions = if request.to.is_empty() {
         SensitivityDirections::All
     } else {

@@ -123,8 +123,8 @@ impl EnsembleRuns {
                 return Err(WorkError::Usage(format!("`{flag}` is for a single run")));
             }
         }
-        let mut loaded =
-            load(&request.run.model, &request.run.choices, &SensitivityDirections::None, session)?;
+        let choices = request.run.choices.starting(&request.run.solve);
+        let mut loaded = load(&request.run.model, &choices, &SensitivityDirections::None, session)?;
         let mut diagnostics = Diagnostics::default();
         let LoadedModel { compiled, sources, .. } = &mut loaded;
         let Ok(sets) = sets::read(session.files, table, &compiled.dae, sources, &mut diagnostics)

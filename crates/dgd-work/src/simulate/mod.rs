@@ -111,8 +111,8 @@ pub fn simulate(
     request: &SimulateRequest,
     session: TaskContext<'_>,
 ) -> Result<SimulationResult, WorkError> {
-    let loaded =
-        load(&request.run.model, &request.run.choices, &SensitivityDirections::None, session)?;
+    let choices = request.run.choices.starting(&request.run.solve);
+    let loaded = load(&request.run.model, &choices, &SensitivityDirections::None, session)?;
     let mut run = ModelRun::prepare(&request.run, loaded, session)?;
     let mut sweep = Sweep::from_request(request, run.signature())?;
     let wanted = if request.fields && sweep.is_none() {

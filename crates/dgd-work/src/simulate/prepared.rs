@@ -31,7 +31,8 @@ pub struct PreparedRun {
 ///
 /// [`WorkError`].
 pub fn prepare(request: &RunRequest, session: TaskContext<'_>) -> Result<PreparedRun, WorkError> {
-    let loaded = load(&request.model, &request.choices, &SensitivityDirections::None, session)?;
+    let choices = request.choices.starting(&request.solve);
+    let loaded = load(&request.model, &choices, &SensitivityDirections::None, session)?;
     let provenance = Provenance::new(session, Some(loaded.digest.clone()), Vec::new());
     let path = request.model.display().to_string();
     let compiled = &loaded.compiled;

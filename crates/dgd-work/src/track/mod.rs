@@ -104,7 +104,7 @@ pub fn track(
     let estimator = settings::estimator(request)?;
     settings::verify_deviations(request)?;
     let mut compilation = Compilation::new(session.files);
-    let options_of_model = compilation.options(&request.choices)?;
+    let options_of_model = compilation.options(&request.choices.starting(&request.solve))?;
     let (free, fixed) = compilation.sought(&request.sought);
     let directions = SensitivityDirections::Tracked { free, fixed };
     let apply = &request.choices.apply;

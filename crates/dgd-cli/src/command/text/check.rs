@@ -6,7 +6,7 @@ use dgd_compiler::diagnostics::Fix;
 use dgd_compiler::diagnostics::fix::written;
 use dgd_compiler::source::SourceId;
 use dgd_data::files::write_whole;
-use dgd_work::{CheckRequest, CheckedModel, TaskEnd, check};
+use dgd_work::{CheckedModel, TaskEnd, check};
 
 use crate::args::CheckArgs;
 use crate::console::Console;
@@ -17,13 +17,12 @@ use crate::tail::{CommandOutput, PrintedText, SavedContent, finish};
 const ROUNDS: usize = 100;
 
 pub(crate) fn run(args: &CheckArgs, console: Console<'_>) -> Result<(), CommandError> {
-    let mut request = CheckRequest::new(&args.model);
-    request.choices = args.choices.request();
-    let mut checked = check(&request, console.session()).map_err(CommandError::from);
+    let request = &args.request;
+    let mut checked = check(request, console.session()).map_err(CommandError::from);
     for _ in 0..ROUNDS {
         match &checked {
             Err(error) if args.fix && write_fixes(error, console)? > 0 => {
-                checked = check(&request, console.session()).map_err(CommandError::from);
+                checked = check(request, console.session()).map_err(CommandError::from);
             }
             Ok(_) | Err(_) => break,
         }

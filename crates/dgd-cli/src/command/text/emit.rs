@@ -16,8 +16,7 @@ use crate::console::Console;
 use crate::failure::CommandError;
 
 pub(crate) fn run(args: &EmitArgs, console: Console<'_>) -> Result<(), CommandError> {
-    let loaded =
-        load(&args.model, &args.choices.request(), &SensitivityDirections::All, console.session())?;
+    let loaded = load(&args.model, &args.choices, &SensitivityDirections::All, console.session())?;
     console.spare(&loaded.sources)?;
     let compiled = &loaded.compiled;
     let text = match args.stage {

@@ -17,7 +17,7 @@
 
 use dgd_runtime::Direction;
 use dgd_runtime::for_identify::parameter_size;
-use dgd_runtime::signature::PriorDensity;
+use dgd_runtime::signature::{PriorDensity, choices};
 
 use crate::output_error::{OutputErrorProblem, Starts, evaluate};
 use crate::random::Uniform;
@@ -31,14 +31,15 @@ const OF_PRIOR: f64 = 2.0;
 /// Limit on the draws of a point that cannot be simulated.
 const MOST_DRAWS: usize = 20;
 
-/// The ranges that points are drawn from.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub enum DrawnFrom {
-    /// Around the values of the problem.
-    #[default]
-    Values,
-    /// The whole range between bounds.
-    Bounds,
+choices! {
+    /// The ranges that starting points are drawn from.
+    pub enum DrawnFrom {
+        /// Around the model's values: from a tenth to ten times each value, within its bounds; with a prior, two standard
+        /// deviations around its mean.
+        Values = "values",
+        /// The whole range between the bounds; a parameter with a missing bound, or with a prior, as with `values`.
+        Bounds = "bounds",
+    }
 }
 
 /// Starting points of fits: the problem's own point, and others that are drawn.

@@ -21,6 +21,7 @@
 //! Ioannou, Sun, Robust Adaptive Control (1996), table 4.4; Haukanes 2015, table 3.1. Square roots:
 //! Bierman, Factorization Methods for Discrete Sequential Estimation (1977), ch. V.
 
+use dgd_runtime::signature::choices;
 use nalgebra::{DMatrix, DVector};
 
 use crate::regression::least_squares::solve;
@@ -34,15 +35,16 @@ const NODES: [(f64, f64); 4] = [
     (0.930_568_155_797_026_3, 0.173_927_422_568_726_93),
 ];
 
-/// The value of n_s² in m² = 1 + n_s².
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Normalisation {
-    /// 0.
-    None,
-    /// φᵀφ.
-    Regressors,
-    /// φᵀPφ.
-    Covariance,
+choices! {
+    /// The value of n_s² in m² = 1 + n_s².
+    pub enum Normalisation {
+        /// Zero: m is 1.
+        None = "none",
+        /// φᵀφ.
+        Regressors = "regressors",
+        /// φᵀPφ.
+        Covariance = "covariance",
+    }
 }
 
 /// Weighting of the past.

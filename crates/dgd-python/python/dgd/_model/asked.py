@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable
+from inspect import signature
 from typing import Any
 
 import numpy as np
@@ -74,9 +75,10 @@ class Asked(Declared):
         if applied:
             shown.append(f"apply={applied!r}")
         arguments = [] if given is None else [_said(given)]
-        standard = native({}, None, None)
+        declared = signature(getattr(type(self), what)).parameters
         for name, value in options.items():
-            if value not in (None, [], {}, standard.get(name)):
+            standard = declared[name].default if name in declared else None
+            if value not in (None, [], {}, standard):
                 arguments.append(f"{name}={_said(value)}")
         return f"dgd.load({', '.join(shown)}).{what}({', '.join(arguments)})"
 

@@ -180,6 +180,14 @@ class Model(Pointwise):
         evaluations: int | None = None,
         smoothing: float | None = None,
         steady: Mapping[str, float] | None = None,
+        at: float | str | None = None,
+        filter: float | Sequence[float] | None = None,
+        forgetting: float = 0.0,
+        start_variance: float = 10.0,
+        most_variance: float | None = None,
+        normalise: str = "none",
+        start_point: int | None = None,
+        bootstrap_from: int | None = None,
         progress: Progress = None,
         **run: Unpack[RunOptions],
     ) -> Fit:
@@ -189,9 +197,15 @@ class Model(Pointwise):
         :meth:`simulate`. ``free`` and ``fix`` name parameters to estimate, or not; ``outputs`` names the outputs to
         compare. ``params`` and ``start`` are initial guesses. ``starts`` is the number of starting points, of which the
         best fit is kept; ``spread`` draws them around the ``"values"`` or from the range between the ``"bounds"``.
-        ``noise`` is ``"estimated"`` or ``"declared"``, ``loss`` ``"squares"``, ``"huber"``,
-        ``"cauchy"`` or ``"tukey"``, ``estimator`` one of ``dgd fit --estimator``. ``profile`` names estimates whose
+        ``noise``, ``loss`` and ``estimator`` are names as in ``dgd fit --help``. ``profile`` names estimates whose
         intervals are computed by profile likelihood, ``bootstrap`` is the number of refits to resampled residuals.
+        ``start_point`` and ``bootstrap_from`` compute a share of several starts or refits.
+
+        ``at`` is the operating point of ``estimator="linearised"``: a time in s, ``"steady"`` or ``"mean"``. Regressions
+        take slopes over windows of half width ``smoothing``, s, and with ``steady`` only samples at which a state changes
+        no faster. ``filter`` (time constants in s), ``forgetting``, ``start_variance``, ``most_variance`` and
+        ``normalise`` configure ``estimator="recursive"``.
+
         ``progress`` is ``True``, ``False``, or a function that is called with the unit of work, the number done, the
         total, and whether that is only an upper limit.
 
@@ -215,6 +229,14 @@ class Model(Pointwise):
             evaluations=evaluations,
             smoothing=smoothing,
             steady=slow,
+            at=at,
+            filter=filter,
+            forgetting=forgetting,
+            start_variance=start_variance,
+            most_variance=most_variance,
+            normalise=normalise,
+            start_point=start_point,
+            bootstrap_from=bootstrap_from,
         )
         options = native(run, params, start, **calls)
         train, held_out = self._recordings(data, valid, run)
@@ -223,7 +245,8 @@ class Model(Pointwise):
             found = self._native.fit(arguments(train), arguments(held_out), options, shown.call)
 
         def profiled(model: Model, wanted: list[str]) -> Fit:
-            more = {**options, "set": [], "profile": wanted, "starts": 1, "spread": "values", "bootstrap": 0}
+            plain = dict.fromkeys(("starts", "start_point", "spread", "bootstrap", "bootstrap_from"))
+            more = {**options, **plain, "set": [], "profile": wanted}
             again = model._native.fit(arguments(train), arguments(held_out), more, None)
             return model._fit(again, profiled)
 

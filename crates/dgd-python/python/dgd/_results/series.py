@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 from typing import Any
 
 import numpy as np
@@ -40,6 +41,10 @@ class _OfRun:
     def to_csv(self) -> str:
         """The text that ``dgd simulate -o`` and ``dgd sensitivity -o`` write."""
         return self._native.csv().decode()
+
+    def save(self, path: str | os.PathLike[str]) -> None:
+        """Writes the table to a file whose name gives the format, as for ``dgd simulate -o``: CSV, Parquet or JSON."""
+        self._native.save(os.fspath(path))
 
     def plot(self) -> Any:
         """A `matplotlib` figure in the colours of the reports: inputs, states and outputs, simulated and measured; or

@@ -32,17 +32,13 @@ pub fn invert(
     request: &InvertRequest,
     session: TaskContext<'_>,
 ) -> Result<InvertedReport, WorkError> {
-    if request.run.data.is_none() {
-        let message = "`invert` needs what was measured: give a recording with `--data FILE`";
-        return Err(WorkError::Usage(message.to_owned()));
-    }
-    let loaded =
-        load(&request.run.model, &request.run.choices, &SensitivityDirections::None, session)?;
+    let choices = request.choices.starting(&request.solve);
+    let loaded = load(&request.model, &choices, &SensitivityDirections::None, session)?;
     let model = loaded.compiled.model.clone();
     let label = request.equation.as_str();
     let terms = opened(&model, label, request)?;
     let units = units(&terms, &model, request)?;
-    let run = ModelRun::prepare(&request.run, loaded, session)?;
+    let run = ModelRun::prepare(&request.run(), loaded, session)?;
     let sensors = sensors(&run, &request.outputs)?;
 
     let (first, last) = (run.times[0], run.times[run.times.len() - 1]);
@@ -82,7 +78,7 @@ pub fn invert(
 
 /// The model with an unknown input in the equation.
 fn opened(model: &Model, label: &str, request: &InvertRequest) -> Result<MissingTerms, WorkError> {
-    let engine = request.run.solve.engine;
+    let engine = request.solve.engine;
     MissingTerms::of_equation(model, label, engine).map_err(|reason| match reason {
         NoSuchTerm::NoEquation => {
             let mut labels: Vec<&str> =

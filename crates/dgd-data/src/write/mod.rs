@@ -6,6 +6,8 @@
 //! than in SI), the SI value that is read back is off by one unit in the last place of the value or, if larger, of the
 //! unit's offset.
 
+mod format;
+
 use std::fmt::Write as _;
 use std::io::{self, Write};
 use std::path::Path;
@@ -19,6 +21,8 @@ use crate::csv::clock::Epoch;
 use crate::files::{WriteError, write_whole};
 #[cfg(feature = "parquet")]
 use crate::parquet::ParquetWriter;
+
+pub use format::{TableFormat, UnwritableFormat};
 
 /// A column to write.
 #[derive(Debug, Clone, Copy)]
@@ -174,7 +178,7 @@ pub const HAS_PARQUET: bool = cfg!(feature = "parquet");
 
 /// Writes a Parquet file atomically; `write_csv` writes the table as CSV.
 #[cfg(feature = "parquet")]
-pub fn save_parquet(
+fn save_parquet(
     path: &Path,
     write_csv: impl FnOnce(&mut dyn Write) -> io::Result<()>,
 ) -> Result<(), WriteError> {
@@ -187,7 +191,7 @@ pub fn save_parquet(
 
 /// Refuses to write a Parquet file.
 #[cfg(not(feature = "parquet"))]
-pub fn save_parquet(
+fn save_parquet(
     path: &Path,
     _: impl FnOnce(&mut dyn Write) -> io::Result<()>,
 ) -> Result<(), WriteError> {

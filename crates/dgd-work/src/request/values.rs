@@ -1,8 +1,12 @@
-//! Parsers for numbers on the command line, which check values before anything is read.
+//! Parsers for the values of options, which check them before anything is read.
 
 use std::str::FromStr;
 
 use dgd_compiler::units::parse_unit;
+use dgd_runtime::integrate::catalogue::AUTOMATIC;
+use dgd_runtime::{PerSample, Steps};
+
+use super::LinearizeAt;
 
 fn number(text: &str) -> Option<f64> {
     f64::from_str(text).ok().filter(|value| value.is_finite())
@@ -13,7 +17,7 @@ fn accepted(text: &str, is_allowed: impl Fn(f64) -> bool, what: &str) -> Result<
 }
 
 /// A relative tolerance. Values above 1 control nothing, and values below this limit cannot be resolved.
-pub(crate) fn tolerance(text: &str) -> Result<f64, String> {
+pub fn tolerance(text: &str) -> Result<f64, String> {
     const LEAST: f64 = 1e-15;
     accepted(
         text,
@@ -23,38 +27,38 @@ pub(crate) fn tolerance(text: &str) -> Result<f64, String> {
 }
 
 /// A time span or a variance.
-pub(crate) fn positive(text: &str) -> Result<f64, String> {
+pub fn positive(text: &str) -> Result<f64, String> {
     accepted(text, |value| value > 0.0, "this must be a number above 0")
 }
 
 /// A rate that may be zero.
-pub(crate) fn not_negative(text: &str) -> Result<f64, String> {
+pub fn not_negative(text: &str) -> Result<f64, String> {
     accepted(text, |value| value >= 0.0, "this must be 0 or a number above it")
 }
 
 /// A time on the axis of the data.
-pub(crate) fn moment(text: &str) -> Result<f64, String> {
+pub fn moment(text: &str) -> Result<f64, String> {
     seconds(text).ok_or_else(|| "this must be a time: 90, which is in s, or 1.5min, 24h".to_owned())
 }
 
 /// A forgetting factor, or an absolute tolerance as a fraction.
-pub(crate) fn factor(text: &str) -> Result<f64, String> {
+pub fn factor(text: &str) -> Result<f64, String> {
     accepted(text, |value| value > 0.0 && value <= 1.0, "this must be a number above 0 and up to 1")
 }
 
 /// A seed, or an upper bound of a count.
-pub(crate) fn whole<T: FromStr>(text: &str) -> Result<T, String> {
+pub fn whole<T: FromStr>(text: &str) -> Result<T, String> {
     text.parse().map_err(|_| "this must be a whole number, 0 or more".to_owned())
 }
 
 /// A count of at least 1.
-pub(crate) fn count(text: &str) -> Result<usize, String> {
+pub fn count(text: &str) -> Result<usize, String> {
     let count = text.parse().ok().filter(|count| (1..=MOST).contains(count));
     count.ok_or_else(|| format!("this must be a whole number, 1 or more, up to {MOST}"))
 }
 
 /// A count of at least 0, or an index.
-pub(crate) fn count_or_none(text: &str) -> Result<usize, String> {
+pub fn count_or_none(text: &str) -> Result<usize, String> {
     let count = text.parse().ok().filter(|count| *count <= MOST);
     count.ok_or_else(|| format!("this must be a whole number, 0 or more, up to {MOST}"))
 }
@@ -62,22 +66,57 @@ pub(crate) fn count_or_none(text: &str) -> Result<usize, String> {
 /// The largest count of fits, data sets, threads.
 const MOST: usize = 1_000_000;
 
-/// An amount of memory.
-pub(crate) fn size(text: &str) -> Result<u64, String> {
-    dgd_job::bytes(text).ok_or_else(|| "this must be a size, as in 500MB or 2GB".to_owned())
-}
-
-/// A port on this machine; 0 selects a free one.
-pub(crate) fn port(text: &str) -> Result<u16, String> {
-    text.parse().map_err(|_| {
-        "this must be a port, a whole number from 1 to 65535, or 0 for a free one".to_owned()
-    })
-}
-
 /// A length of time: `60s`, `5min`, `2 [h]`, or a number of seconds.
-pub(crate) fn time(text: &str) -> Result<f64, String> {
+pub fn time(text: &str) -> Result<f64, String> {
     let length = seconds(text).filter(|length| *length > 0.0);
     length.ok_or_else(|| "this must be a length of time: 60, which is in s, or 5min, 2h".to_owned())
+}
+
+/// How step sizes are chosen.
+pub fn steps(text: &str) -> Result<Steps, String> {
+    match text {
+        AUTOMATIC => Ok(Steps::Automatic),
+        "adaptive" => Ok(Steps::Adaptive),
+        "per-sample" => Ok(Steps::PerSample(PerSample::Automatic)),
+        _ => match text.strip_prefix("per-sample=").map(str::parse) {
+            Some(Ok(n)) => Ok(Steps::PerSample(PerSample::Exactly(n))),
+            Some(Err(_)) => {
+                Err("the number of steps per sample must be a whole number, 1 or more".to_owned())
+            }
+            None => Err(format!(
+                "this must be `{AUTOMATIC}`, `adaptive`, `per-sample` or `per-sample=N`"
+            )),
+        },
+    }
+}
+
+/// The point of a linearisation.
+pub fn point(text: &str) -> Result<LinearizeAt, String> {
+    match text.parse::<f64>() {
+        _ if text == "steady" => Ok(LinearizeAt::Steady),
+        _ if text == "mean" => Ok(LinearizeAt::Mean),
+        Ok(t) if t.is_finite() => Ok(LinearizeAt::Time(t)),
+        _ => Err("this must be a time in s, `steady` or `mean`".to_owned()),
+    }
+}
+
+/// `head=speed`: curves, and the labels at their ends.
+pub fn label(text: &str) -> Result<(String, String), String> {
+    pair(text, '=', "this must be two names, as in `head=speed`")
+}
+
+/// `q_op,h_op`: the coordinates of points.
+pub fn mark(text: &str) -> Result<(String, String), String> {
+    pair(text, ',', "this must be two names, as in `q_op,h_op`")
+}
+
+fn pair(text: &str, between: char, what: &str) -> Result<(String, String), String> {
+    let (first, second) = text.split_once(between).ok_or(what)?;
+    let (first, second) = (first.trim(), second.trim());
+    if first.is_empty() || second.is_empty() || second.contains(between) {
+        return Err(what.to_owned());
+    }
+    Ok((first.to_owned(), second.to_owned()))
 }
 
 fn seconds(text: &str) -> Option<f64> {
@@ -91,7 +130,7 @@ fn seconds(text: &str) -> Option<f64> {
 
 #[cfg(test)]
 mod tests {
-    use super::{count, count_or_none, moment, time, tolerance};
+    use super::{count, count_or_none, label, mark, moment, time, tolerance};
 
     #[test]
     fn numbers_without_measure_are_refused() {
@@ -115,5 +154,15 @@ mod tests {
         }
         let read = ["-3s", "0", "24 [h]", "1 week"].map(|text| moment(text).ok());
         assert_eq!(read, [Some(-3.0), Some(0.0), Some(86_400.0), Some(604_800.0)]);
+    }
+
+    #[test]
+    fn pairs_are_two_names() {
+        assert_eq!(label("head = speed"), Ok(("head".to_owned(), "speed".to_owned())));
+        assert_eq!(mark("q,h"), Ok(("q".to_owned(), "h".to_owned())));
+        for wrong in ["", "q", "q,", ",h", "q,h,x"] {
+            assert!(mark(wrong).is_err(), "{wrong}");
+        }
+        assert!(label("q,h").is_err());
     }
 }
