@@ -23,6 +23,7 @@ use clap::Parser;
 use dgd_compiler::diagnostics::visible;
 
 use args::{Cli, Command, JobAction, JobArgs};
+pub use command::emit::run_commands;
 use console::Console;
 use failure::CommandError;
 use targets::OutputTargets;

@@ -262,7 +262,7 @@ fn parquet_columns(
     diagnostics: &mut Diagnostics,
 ) -> Result<DataTable, ErrorReported> {
     let refusal = unreadable(name, "", sources, "it is Parquet, which this build does not read");
-    let help = "write it as `.csv`, or build dgd with `--features parquet`";
+    let help = "write it as `.csv`, or build dgd with its feature `parquet`";
     Err(diagnostics.error(refusal.help(help)))
 }
 

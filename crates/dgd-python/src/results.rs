@@ -6,8 +6,8 @@ use std::sync::{Mutex, MutexGuard, PoisonError};
 use dgd_data::files::{ResultFolder, write_folder};
 use dgd_plot::Figure;
 use dgd_work::{
-    ColumnKind, DiscoveryResult, FitResult, NamedColumn, Sensitivities, SimulationResult,
-    TimeTable, WorkError,
+    ColumnKind, DiscoveryResult, FitResult, NamedColumn, OutputPart, Sensitivities,
+    SimulationResult, TimeTable, UnusableFile, WorkError,
 };
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
@@ -132,7 +132,7 @@ impl PyRun {
         guarded(py, RequestedTask::Simulate, || {
             let mut text = Vec::new();
             let written = self.inner.table().write_csv(&mut text);
-            written.map_err(|error| WorkError::Found(error.to_string()))?;
+            written.map_err(|error| UnusableFile::Output { what: OutputPart::Table, error })?;
             Ok(text)
         })
     }

@@ -187,7 +187,7 @@ fn a_build_without_parquet_says_how_to_get_it() {
     dgd_in(folder.path(), &write).refused(2, &["does not write Parquet", "--features parquet"]);
     fs::write(folder.path().join("t.parquet"), b"PAR1 a table PAR1").expect("writable");
     let read = ["simulate", "t.dgd", "--data", "t.parquet"];
-    dgd_in(folder.path(), &read).refused(1, &["does not read", "--features parquet"]);
+    dgd_in(folder.path(), &read).refused(1, &["does not read", "feature `parquet`"]);
 }
 
 #[test]

@@ -7,6 +7,7 @@
 //! ```
 
 pub mod compare;
+mod estimator;
 pub(crate) mod fitted_model;
 mod multi_start;
 pub mod objective;
@@ -31,7 +32,7 @@ use dgd_runtime::Signature;
 use serde::{Serialize, Serializer};
 use serde_json::{Value, json};
 
-use crate::error::{TaskEnd, WorkError};
+use crate::error::{TaskEnd, UsageError, WorkError};
 use crate::output::json_text;
 use crate::output::provenance::Provenance;
 use crate::request::{Estimator, FitRequest};
@@ -138,7 +139,7 @@ pub fn fit(request: &FitRequest, session: TaskContext<'_>) -> Result<FitResult, 
         {
             regress::run(&task, request)
         }
-        _ => Err(WorkError::Usage("this program fits by simulation alone".to_owned())),
+        _ => Err(UsageError::EstimatorNotBuilt(estimator).into()),
     }?;
     Ok(FitResult {
         estimator,

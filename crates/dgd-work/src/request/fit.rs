@@ -5,7 +5,6 @@ use std::path::PathBuf;
 use dgd_identify::{DrawnFrom, Loss};
 
 use super::{FreeParameters, JournalChoice, LinearizeAt, ModelChoices, SolverOptions};
-use crate::error::WorkError;
 
 /// A fit.
 #[derive(Debug, Clone)]
@@ -206,38 +205,6 @@ impl Default for RegressionRequest {
             start_variance: 10.0,
             most_variance: None,
             normalise: Normalise::None,
-        }
-    }
-}
-
-impl RegressionRequest {
-    /// Checks that `--evaluations` applies to the estimator.
-    pub(crate) fn verify_evaluations(&self, most: Option<usize>) -> Result<(), WorkError> {
-        let searches = !matches!(
-            self.estimator,
-            Estimator::LeastSquares | Estimator::Bounded | Estimator::Recursive
-        );
-        if most.is_none() || searches {
-            return Ok(());
-        }
-        let name = self.estimator.name();
-        Err(WorkError::Usage(format!(
-            "`--evaluations` limits a search, and `--estimator {name}` has none"
-        )))
-    }
-
-    /// The operating point of linear models, if the estimator uses them.
-    ///
-    /// # Errors
-    ///
-    /// If `--at` is given for another estimator.
-    pub(crate) fn place(&self) -> Result<Option<LinearizeAt>, WorkError> {
-        match (self.estimator, self.at) {
-            (Estimator::Linearised, at) => Ok(Some(at.unwrap_or(LinearizeAt::Mean))),
-            (_, None) => Ok(None),
-            (_, Some(_)) => {
-                Err(WorkError::Usage("`--at` needs `--estimator linearised`".to_owned()))
-            }
         }
     }
 }
