@@ -17,8 +17,9 @@ fn pages() -> Vec<(String, String, Vec<String>)> {
         let name = path.file_stem().expect("a file").to_string_lossy().into_owned();
         let compiled = compiled(&path, &[]);
         let shown = format!("models/{name}.dgd");
+        let commands = dgd_cli::run_commands(Path::new(&shown), &compiled.model);
         let doc = compiled.model.doc.clone();
-        (name, markdown::write(&compiled.asts, &compiled.model, &shown), doc)
+        (name, markdown::write(&compiled.asts, &compiled.model, &commands), doc)
     };
     files(&root().join("models"), "dgd").into_iter().map(page).collect()
 }

@@ -9,11 +9,11 @@ use dgd_compiler::source::{SourceId, SourceMap, SourceText};
 use dgd_data::files::write_whole;
 use dgd_data::write::TableFormat;
 use dgd_identify::{Monitor, Progress};
-use dgd_work::{Mistake, Remark, Reporter, TaskContext, WorkError, json_text};
+use dgd_work::{Mistake, Remark, Reporter, Spelling, TaskContext, WorkError, json_text};
 use serde_json::{Value, json};
 
 use crate::args::{ColorChoice, GlobalArgs, OutputFormat};
-use crate::command_line;
+use crate::command_line::{self, option};
 use crate::failure::CommandError;
 use crate::table_file;
 use crate::targets::OutputTargets;
@@ -134,7 +134,7 @@ impl<'a> Console<'a> {
     pub(crate) fn note(self, diagnostic: &Diagnostic, sources: &SourceMap) {
         if !self.global.quiet {
             // The diagnostic is drawn with its own escapes, and others are removed.
-            complain(render::render_note(diagnostic, sources, self.style()).trim_end());
+            complain(render::render_note(diagnostic, sources, self.style(), option).trim_end());
         }
     }
 
@@ -144,13 +144,14 @@ impl<'a> Console<'a> {
             CommandError::Diagnosed { diagnostics, sources } if self.is_json() => {
                 let entries: Vec<Value> = diagnostics
                     .iter()
-                    .map(|diagnostic| json!(Mistake::from_diagnostic(diagnostic, sources)))
+                    .map(|diagnostic| json!(Mistake::from_diagnostic(diagnostic, sources, option)))
                     .collect();
                 self.print_or_complain(&json!({ "diagnostics": entries }));
             }
             CommandError::Diagnosed { diagnostics, sources } => {
                 let sorted: Vec<&Diagnostic> = diagnostics.iter().collect();
-                complain(render::render(&sorted, sources, self.style()).trim_end());
+                let drawn = render::render_spelled(&sorted, sources, self.style(), option);
+                complain(drawn.trim_end());
                 if let Some(words) = mended(diagnostics, sources) {
                     self.remark(&words);
                 }
@@ -213,8 +214,12 @@ impl Reporter for Console<'_> {
         match remark {
             Remark::Words(words) => (*self).remark(words),
             Remark::Diagnostic(diagnostic, sources) => (*self).note(diagnostic, sources),
-            other => (*self).remark(&other.to_text()),
+            other => (*self).remark(&other.to_text(option)),
         }
+    }
+
+    fn spelling(&self) -> Spelling {
+        option
     }
 
     fn hears_remarks(&self) -> bool {
@@ -231,8 +236,10 @@ fn mended(diagnostics: &[Diagnostic], sources: &SourceMap) -> Option<String> {
     let fixes = diagnostics.iter().filter_map(|diagnostic| diagnostic.fix.as_ref());
     let fixes: Vec<&Fix> = fixes.filter(|fix| fix.is_safe()).collect();
     let of_file = |(k, source): (usize, &SourceText)| {
-        let (_, n) = written(&source.text, SourceId(u32::try_from(k).ok()?), &fixes);
-        (n > 0 && Path::new(&source.name).is_file()).then(|| (source.name.clone(), n))
+        let id = SourceId(u32::try_from(k).ok()?);
+        let (_, n) = written(&source.text, id, &fixes);
+        let is_file = sources.argument(id).is_none() && Path::new(&source.name).is_file();
+        (n > 0 && is_file).then(|| (source.name.clone(), n))
     };
     let (file, n) = sources.iter().enumerate().find_map(of_file)?;
     let what = match (n, diagnostics.len()) {

@@ -6,7 +6,9 @@ use dgd_compiler::diagnostics::{Diagnostic, Diagnostics};
 use dgd_compiler::source::SourceMap;
 #[cfg(not(feature = "full"))]
 use dgd_runtime::signature::FULL_BUILD;
-use dgd_work::{TaskEnd, WorkError};
+use dgd_work::{MistakeClass, TaskEnd, WorkError};
+
+use crate::command_line::option;
 
 /// The reason why a command failed; each kind has its exit code.
 #[derive(Debug)]
@@ -67,9 +69,9 @@ impl CommandError {
     pub(crate) fn check(ended: TaskEnd) -> Result<(), CommandError> {
         match ended {
             TaskEnd::Done => Ok(()),
-            TaskEnd::Found(message) => Err(CommandError::Shown(message)),
-            TaskEnd::Interrupted(message) => Err(CommandError::Interrupted(message)),
-            TaskEnd::Stopped(message) => Err(CommandError::Stopped(message)),
+            TaskEnd::Found(words) => Err(CommandError::Shown(words.spelled(option))),
+            TaskEnd::Interrupted(words) => Err(CommandError::Interrupted(words.spelled(option))),
+            TaskEnd::Stopped(words) => Err(CommandError::Stopped(words.spelled(option))),
             // An unknown outcome is never taken for success.
             other => Err(CommandError::Stopped(format!("{other:?}"))),
         }
@@ -88,15 +90,16 @@ impl CommandError {
 
 impl From<WorkError> for CommandError {
     fn from(error: WorkError) -> Self {
-        match error {
-            WorkError::Diagnosed { diagnostics, sources } => {
+        let words = error.spelled(option);
+        match (error.class(), error) {
+            (_, WorkError::Diagnosed { diagnostics, sources }) => {
                 CommandError::Diagnosed { diagnostics, sources }
             }
-            WorkError::Found(message) => CommandError::Found(message),
-            WorkError::Usage(message) => CommandError::Usage(message),
-            WorkError::Interrupted(message) => CommandError::Interrupted(message),
+            (_, WorkError::Interrupted(_)) => CommandError::Interrupted(words),
+            (MistakeClass::Data, _) => CommandError::Found(words),
+            (MistakeClass::Usage, _) => CommandError::Usage(words),
             // An unknown error counts as a failed computation.
-            other => CommandError::Computation(other.to_string()),
+            _ => CommandError::Computation(words),
         }
     }
 }

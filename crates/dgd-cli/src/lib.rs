@@ -22,6 +22,7 @@ use clap::Parser;
 use dgd_compiler::diagnostics::visible;
 
 use args::{Cli, Command};
+pub use command::emit::run_commands;
 use console::Console;
 use failure::CommandError;
 use targets::{CommandFiles, OutputTargets};

@@ -7,7 +7,7 @@ use std::time::{Duration, Instant};
 use dgd_compiler::source::SourceMap;
 use dgd_identify::{Monitor, Progress, Total};
 use dgd_runtime::RunMonitor;
-use dgd_work::{Remark, Reporter, TaskContext, WorkError};
+use dgd_work::{Remark, Reporter, Spelling, TaskContext, WorkError};
 
 use crate::console::Console;
 use crate::interrupt::{self, on_interrupt};
@@ -97,6 +97,10 @@ impl Monitor for ProgressDisplay<'_> {
 impl Reporter for ProgressDisplay<'_> {
     fn remark(&self, remark: Remark<'_>) {
         Reporter::remark(&self.console, remark);
+    }
+
+    fn spelling(&self) -> Spelling {
+        self.console.spelling()
     }
 
     fn hears_remarks(&self) -> bool {

@@ -10,11 +10,11 @@ use dgd_data::open::STANDARD_INPUT;
 use dgd_data::write::TableFormat;
 use dgd_job::fleet;
 use dgd_work::ModelChoices;
-use dgd_work::WorkError;
 use dgd_work::compare;
 use dgd_work::discover;
 use dgd_work::fit;
 use dgd_work::screen;
+use dgd_work::{Argument, ArgumentUse, UsageError, WorkError};
 
 use crate::args::{Command, GlobalArgs, JobAction, JobArgs};
 use crate::failure::CommandError;
@@ -31,7 +31,7 @@ pub(crate) struct OutputTargets {
 #[derive(Debug)]
 struct OutputTarget {
     path: PathBuf,
-    option: String,
+    option: ArgumentUse,
 }
 
 /// The kind of `--out`.
@@ -62,12 +62,12 @@ impl OutputTargets {
         }
         picture::verify_formats(plots)?;
         let mut targets = OutputTargets::default();
-        let mut add = |path: PathBuf, option: &str| {
-            targets.all.push(OutputTarget { path, option: option.to_owned() });
+        let mut add = |path: PathBuf, option: &ArgumentUse| {
+            targets.all.push(OutputTarget { path, option: option.clone() });
         };
         let out = global.out.as_deref().map(|path| (path, out));
         if let Some((path, out)) = &out {
-            let option = format!("-o {}", path.display());
+            let option = Argument::Out.with(path.display());
             match out {
                 OutKind::File | OutKind::Layout => add(path.to_path_buf(), &option),
                 OutKind::Table => {
@@ -83,7 +83,7 @@ impl OutputTargets {
             }
         }
         for path in *plots {
-            add(path.clone(), &format!("--plot {}", path.display()));
+            add(path.clone(), &Argument::Plot.with(path.display()));
         }
         targets.spare_all(read)?;
         match &out {
@@ -121,7 +121,8 @@ impl OutputTargets {
 
     /// Checks that none of them was read meanwhile, as an import or an effect.
     pub(crate) fn spare(&self, sources: &SourceMap) -> Result<(), WorkError> {
-        let read: Vec<PathBuf> = sources.iter().map(|source| PathBuf::from(&source.name)).collect();
+        let read: Vec<PathBuf> =
+            sources.files().map(|source| PathBuf::from(&source.name)).collect();
         self.spare_all(&read)
     }
 
@@ -134,10 +135,8 @@ impl OutputTargets {
         for OutputTarget { path, option } in &self.all {
             let Some(target) = identity(path) else { continue };
             if let Some((input, _)) = read.iter().find(|(_, input)| *input == target) {
-                return Err(WorkError::Usage(format!(
-                    "`{option}` would replace `{}`, which this command reads: give another name",
-                    input.display()
-                )));
+                let (by, path) = (option.clone(), input.to_path_buf());
+                return Err(UsageError::Replaces { by, path }.into());
             }
         }
         Ok(())

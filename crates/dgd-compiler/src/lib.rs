@@ -2,6 +2,7 @@
 //!
 //! Does no I/O, prints nothing, and never panics on user input. [`pipeline`] gives an overview.
 
+pub mod argument;
 pub mod codegen;
 pub mod dae;
 pub mod diagnostics;
@@ -12,6 +13,7 @@ pub mod names;
 pub mod parts;
 pub mod pipeline;
 pub mod program;
+pub mod sentence;
 pub mod source;
 pub mod syntax;
 #[cfg(test)]

@@ -93,8 +93,13 @@ fn follows_from(mistake: &Diagnostic, hole: &UnreadableItem) -> bool {
             | Code::UnboundInput
     );
     let names_it = |name: &String| {
-        let quoted = [format!("`{name}`"), format!("`{name}.")];
-        quoted.iter().any(|quoted| mistake.message.contains(quoted))
+        // A part's name is the first word of the names of its contents.
+        let is_it = |about: &String| {
+            about
+                .strip_prefix(name.as_str())
+                .is_some_and(|rest| rest.is_empty() || rest.starts_with('.'))
+        };
+        mistake.about.iter().any(is_it)
     };
     let is_within = |span: Span| {
         span.source == hole.span.source

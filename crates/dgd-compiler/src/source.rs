@@ -1,9 +1,14 @@
 //! The texts of a model, and places in them.
 
+use std::borrow::Cow;
+use std::collections::BTreeMap;
+
+use crate::argument::{Argument, Spelling};
+
 /// A text, and its name for the user.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct SourceText {
-    /// Path or other name, as shown in diagnostics.
+    /// Path, as shown in diagnostics; for the value of an argument, the name of the argument.
     pub name: String,
     /// The whole text.
     pub text: String,
@@ -50,10 +55,12 @@ pub struct DeclaredUnit {
     pub unit: String,
 }
 
-/// Every text of one compilation: the model's own first, then its imports.
+/// Every text of one compilation: the model's own first, then its imports, and values of arguments.
 #[derive(Debug, Clone, Default)]
 pub struct SourceMap {
     list: Vec<SourceText>,
+    /// The sources that are values of arguments, not files.
+    arguments: BTreeMap<SourceId, Argument>,
     /// Units that the model declares, for columns of data files.
     pub units: Vec<DeclaredUnit>,
 }
@@ -65,11 +72,30 @@ impl SourceMap {
         SourceId(u32::try_from(self.list.len() - 1).unwrap_or(u32::MAX))
     }
 
-    /// The id of a source that may have been added before, so that an error in it is reported once.
-    pub fn add_once(&mut self, source: SourceText) -> SourceId {
-        match self.list.iter().position(|added| *added == source) {
-            Some(at) => SourceId(u32::try_from(at).unwrap_or(u32::MAX)),
-            None => self.add(source),
+    /// Adds the value of an argument, so that diagnostics can point to it.
+    pub fn add_argument(&mut self, argument: Argument, text: String) -> SourceId {
+        let id = self.add(SourceText { name: argument.name().to_owned(), text });
+        self.arguments.insert(id, argument);
+        id
+    }
+
+    /// The id of an argument's value that may have been added before, so that an error in it is reported once.
+    pub fn add_argument_once(&mut self, argument: Argument, text: String) -> SourceId {
+        let is_same = |id: &SourceId, of: &Argument| *of == argument && self.get(*id).text == text;
+        let added = self.arguments.iter().find(|(id, of)| is_same(id, of)).map(|(id, _)| *id);
+        added.unwrap_or_else(|| self.add_argument(argument, text))
+    }
+
+    /// The argument that a source is the value of; `None` for a file.
+    pub fn argument(&self, id: SourceId) -> Option<Argument> {
+        self.arguments.get(&id).copied()
+    }
+
+    /// The name of a source for the users of a face: its path, or its argument in parentheses.
+    pub fn shown_name(&self, id: SourceId, spelling: Spelling) -> Cow<'_, str> {
+        match self.argument(id) {
+            Some(argument) => Cow::Owned(format!("({})", spelling(&argument.into()))),
+            None => Cow::Borrowed(&self.get(id).name),
         }
     }
 
@@ -81,6 +107,13 @@ impl SourceMap {
     /// All sources in the order they were added.
     pub fn iter(&self) -> impl Iterator<Item = &SourceText> {
         self.list.iter()
+    }
+
+    /// The sources that are files, in the order they were added.
+    pub fn files(&self) -> impl Iterator<Item = &SourceText> {
+        let ids = (0..).map(SourceId);
+        let is_file = |id: &SourceId| !self.arguments.contains_key(id);
+        ids.zip(&self.list).filter(move |(id, _)| is_file(id)).map(|(_, source)| source)
     }
 
     /// The text of a span.

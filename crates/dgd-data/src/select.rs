@@ -272,6 +272,7 @@ fn verify<'c>(
         None => {
             let message = format!("the column `{}` has no unit", column.name);
             return Err(Diagnostic::new(Code::MalformedHeader, column.place, message)
+                .about(&column.name)
                 .help(format!("write `{} [{}]`", column.name, declared.unit.symbol)));
         }
     };

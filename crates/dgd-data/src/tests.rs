@@ -2,6 +2,7 @@
 
 use std::io::Write as _;
 
+use dgd_compiler::argument::neutral;
 use dgd_compiler::diagnostics::render::{RenderStyle, entry, render};
 use dgd_compiler::diagnostics::{Code, Diagnostics, ErrorReported};
 use dgd_compiler::source::SourceMap;
@@ -26,7 +27,7 @@ fn list(diagnostics: &Diagnostics, sources: &SourceMap) -> Vec<String> {
     let sorted = diagnostics.sorted();
     // Every diagnostic can be drawn.
     assert_eq!(render(&sorted, sources, RenderStyle::Plain).is_empty(), sorted.is_empty());
-    let entries = sorted.iter().map(|diagnostic| entry(diagnostic, sources));
+    let entries = sorted.iter().map(|diagnostic| entry(diagnostic, sources, neutral));
     entries
         .map(|e| format!("{} {}:{} {}", e.code, e.places[0].line, e.places[0].column, e.message))
         .collect()
@@ -279,7 +280,10 @@ fn columns_nobody_asks_for_are_only_named() {
         note.message,
         "the model does not know the columns `comment`, `P_r`, `depth`, which are not used"
     );
-    assert_eq!(note.help.as_deref(), Some("is `P_r` meant to be `p_r`?"));
+    assert_eq!(
+        note.help.map(|help| help.to_string()).as_deref(),
+        Some("is `P_r` meant to be `p_r`?")
+    );
     assert_eq!(unknown_note(&good("time [s],x [m]\n0,1\n"), &known), None);
 }
 
@@ -448,7 +452,7 @@ fn new_names_are_read_as_carefully_as_headers() {
         let table = read_with(reading, "a.csv", text.as_bytes(), &mut sources, &mut diagnostics);
         let sorted = diagnostics.sorted();
         assert_eq!(table.is_err(), !render(&sorted, &sources, RenderStyle::Plain).is_empty());
-        let entries = sorted.iter().map(|diagnostic| entry(diagnostic, &sources));
+        let entries = sorted.iter().map(|diagnostic| entry(diagnostic, &sources, neutral));
         let list: Vec<String> = entries
             .map(|e| format!("{}:{} {}", e.places[0].file, e.places[0].column, e.message))
             .collect();
@@ -460,12 +464,12 @@ fn new_names_are_read_as_carefully_as_headers() {
         ["a.csv:18 two columns are called `P`, one of which is to be called `p_in`"]
     );
     let (_, refused) = read("time [s],P [psi]\n0,1\n", "P=p_in [bar");
-    assert_eq!(refused, ["(--rename):3 malformed column name: a `[` is not closed"]);
+    assert_eq!(refused, ["(rename):3 malformed column name: a `[` is not closed"]);
     for header in ["T [°C]", "T [K]", "\"T\"", "T [\u{b0}\u{b0}\u{b0}\u{b0}]"] {
         let (_, refused) = read(&format!("time [s],{header}\n0,1\n"), "T=T_a [xx]");
         assert_eq!(refused.len(), 1, "{refused:?}");
         assert!(
-            refused[0].starts_with("(--rename):8 ") && refused[0].contains("`xx`"),
+            refused[0].starts_with("(rename):8 ") && refused[0].contains("`xx`"),
             "{refused:?}"
         );
     }

@@ -264,7 +264,7 @@ fn fit_base<'a>(
         budget,
         keeping,
     };
-    let refused = |refused: StructureError| DiscoverError::BaseModel(refused.0);
+    let refused = |refused: StructureError| DiscoverError::BaseModel(refused.to_string());
     if !request.is_method_named {
         let StructureMethods { general, explicit } =
             methods_for_ranking(request.base, &data).map_err(refused)?;
@@ -275,7 +275,7 @@ fn fit_base<'a>(
     let mut search = EffectSearch::new(request.base, &[], data, request.threads, request.seed);
     search.fit_base(&CarriedValues::default()).map_err(not_fitted)?;
     let fitted = search.tried.remove(&StructureId::BASE);
-    let fitted = fitted.unwrap_or_else(|| Err(NoFit("it was never fitted".to_owned())));
+    let fitted = fitted.unwrap_or_else(|| Err(NoFit::NeverFitted));
     Ok((fitted.map_err(not_fitted)?, search.data))
 }
 
@@ -402,7 +402,7 @@ fn refine<'a>(
     let named = outcome.structure();
     let tried = |structure: StructureId| {
         let fitted = search.fitted(structure).cloned();
-        fitted.ok_or_else(|| not_fitted(NoFit("it was never fitted".to_owned())))
+        fitted.ok_or_else(|| not_fitted(NoFit::NeverFitted))
     };
     let of_base = if *outcome == JudgedOutcome::Sufficient { &of_fit } else { &data };
     let mut fits = vec![(tried(StructureId::BASE)?, of_base)];
@@ -567,6 +567,7 @@ fn report(
     })
 }
 
-fn not_fitted(NoFit(reason): NoFit) -> DiscoverError {
-    DiscoverError::BaseModel(reason)
+#[expect(clippy::needless_pass_by_value, reason = "errors are handed over so")]
+fn not_fitted(reason: NoFit) -> DiscoverError {
+    DiscoverError::BaseModel(reason.to_string())
 }

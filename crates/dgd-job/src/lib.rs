@@ -11,8 +11,8 @@
 //! so that an existing result need not be computed again, on whatever machine it was computed. A result is either
 //! complete or absent, and is the only record of progress: there are no locks, leases, clocks or lists.
 //!
-//! This crate does not parse arguments or print. The caller provides the function that computes a piece
-//! ([`work::serve`]).
+//! This crate does not parse arguments or print. The caller provides the notation of options ([`OptionSyntax`]) and the
+//! function that computes a piece ([`work::serve`]).
 
 pub mod fleet;
 mod identity;
@@ -22,12 +22,14 @@ mod outcome;
 mod piece;
 mod status;
 mod store;
+mod syntax;
 pub mod work;
 
 pub use identity::{BuildIdentity, ProgramFile};
-pub use job::{Asset, Job, JobError, Period, PeriodTask, bytes};
+pub use job::{Asset, ExpectedValue, Job, JobError, JobMistake, Period, PeriodTask, bytes};
 pub use name::PieceKeys;
 pub use outcome::{FailureClass, PieceOutcome, document};
 pub use piece::{Piece, PieceKind, shell};
 pub use status::{FailedPiece, JobStatus, status};
 pub use store::{FleetStore, KeyValueStore, PieceState, StoreOpener, is_elsewhere, set_opens};
+pub use syntax::OptionSyntax;

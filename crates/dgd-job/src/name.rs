@@ -7,15 +7,17 @@ use std::sync::{Mutex, PoisonError};
 
 use dgd_data::{DiskFiles, Sha256Digest};
 use dgd_identify::journal::Digest;
-use dgd_work::{FOLDER, digest_of_texts};
+use dgd_work::{Argument, FOLDER, digest_of_texts};
 
 use crate::identity::BuildIdentity;
 use crate::piece::{Piece, PieceKind};
+use crate::syntax::OptionSyntax;
 
 /// Names the pieces of a job. Each file is read once.
 #[derive(Debug)]
 pub struct PieceKeys {
     folder: PathBuf,
+    syntax: OptionSyntax,
     of: Digest,
     models: Mutex<BTreeMap<(String, Vec<String>), String>>,
     /// The digest of a data file, or the error of reading it.
@@ -24,10 +26,11 @@ pub struct PieceKeys {
 
 impl PieceKeys {
     /// For pieces whose paths are relative to this folder, computed by this build.
-    pub fn new(folder: &Path, identity: &BuildIdentity) -> PieceKeys {
+    pub fn new(folder: &Path, identity: &BuildIdentity, syntax: OptionSyntax) -> PieceKeys {
         let BuildIdentity { version, build, platform, arithmetic } = identity;
         PieceKeys {
             folder: folder.to_owned(),
+            syntax,
             of: Digest::EMPTY.debug(&"dgd piece 1").debug(&(version, build, platform, arithmetic)),
             models: Mutex::default(),
             data: Mutex::default(),
@@ -39,16 +42,17 @@ impl PieceKeys {
         let model = self.model(piece);
         let files = || piece.data.iter().chain(&piece.valid);
         let data: Vec<Result<Sha256Digest, String>> = files().map(|file| self.data(file)).collect();
-        let digest = self.of.debug(&(&piece.well, &piece.when, &piece.kind, piece.words()));
+        let digest =
+            self.of.debug(&(&piece.well, &piece.when, &piece.kind, piece.words(self.syntax)));
         format!("{:032x}", digest.debug(&(model, data)).value())
     }
 
     /// The digest of the texts of its model and of its effects.
     fn model(&self, piece: &Piece) -> String {
-        let mut apply = values(&piece.options, "--apply");
+        let mut apply = self.syntax.values(&piece.options, Argument::Apply);
         let mut folders = Vec::new();
         if piece.kind == PieceKind::Discover {
-            folders = values(&piece.options, "--effects");
+            folders = self.syntax.values(&piece.options, Argument::Effects);
         }
         let key = (piece.model.clone(), [apply.as_slice(), &folders].concat());
         let mut key_of_kind = key.clone();
@@ -92,27 +96,12 @@ fn lock<T>(mutex: &Mutex<T>) -> std::sync::MutexGuard<'_, T> {
     mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-/// All values of an option: `--apply x` and `--apply=x`.
-fn values(words: &[String], option: &str) -> Vec<String> {
-    let mut given_values = Vec::new();
-    let mut words = words.iter();
-    while let Some(word) = words.next() {
-        if word == option {
-            given_values.extend(words.next().cloned());
-        } else if let Some(value) =
-            word.strip_prefix(option).and_then(|rest| rest.strip_prefix('='))
-        {
-            given_values.push(value.to_owned());
-        }
-    }
-    given_values
-}
-
 #[cfg(test)]
 mod tests {
     use std::fs;
 
     use super::*;
+    use crate::syntax::tests::PLUS;
 
     fn identity() -> BuildIdentity {
         let text = |text: &str| text.to_owned();
@@ -150,9 +139,9 @@ mod tests {
             options: options.iter().map(|word| (*word).to_owned()).collect(),
             seed: 0,
         };
-        let named = |piece: &Piece| PieceKeys::new(place.path(), &identity()).key(piece);
-        let fit = piece(PieceKind::Fit, &["--apply", "leak"]);
-        let search = piece(PieceKind::Discover, &["--effects=more"]);
+        let named = |piece: &Piece| PieceKeys::new(place.path(), &identity(), PLUS).key(piece);
+        let fit = piece(PieceKind::Fit, &["+apply", "leak"]);
+        let search = piece(PieceKind::Discover, &["+effects=more"]);
         let plain = piece(PieceKind::Fit, &[]);
         let pieces = [&fit, &search, &plain];
         let before = pieces.map(named);
@@ -166,7 +155,7 @@ mod tests {
             .arg(copy.path())
             .status();
         if copied.is_ok_and(|status| status.success()) {
-            assert_eq!(PieceKeys::new(copy.path(), &identity()).key(&fit), before[0]);
+            assert_eq!(PieceKeys::new(copy.path(), &identity(), PLUS).key(&fit), before[0]);
         }
         // The names that change with each text.
         for (file, text, changes) in [
@@ -193,12 +182,12 @@ mod tests {
             Piece { kind: PieceKind::Profile { of: "x".into() }, ..plain.clone() },
             Piece { data: plain.valid.clone(), valid: plain.data.clone(), ..plain.clone() },
             Piece { data: vec!["missing.csv".into()], ..plain.clone() },
-            piece(PieceKind::Fit, &["--rtol", "1e-8"]),
+            piece(PieceKind::Fit, &["+rtol", "1e-8"]),
         ];
         let mut names: Vec<String> = others.iter().map(named).collect();
         names.push(before[2].clone());
         let other = BuildIdentity { build: "c".to_owned(), ..identity() };
-        names.push(PieceKeys::new(place.path(), &other).key(&plain));
+        names.push(PieceKeys::new(place.path(), &other, PLUS).key(&plain));
         names.sort();
         names.dedup();
         assert_eq!(names.len(), others.len() + 2, "each has its own");

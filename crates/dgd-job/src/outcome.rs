@@ -8,6 +8,7 @@ use serde_json::{Value, json};
 
 use crate::piece::Piece;
 use crate::store::PieceState;
+use crate::syntax::OptionSyntax;
 
 /// The outcome of a piece.
 #[derive(Debug)]
@@ -97,13 +98,13 @@ impl PieceDocument {
 }
 
 /// The text of a result: always the same bytes, wherever and in whatever order it is computed.
-pub fn document(name: &str, piece: &Piece, outcome: &PieceOutcome) -> String {
+pub fn document(name: &str, piece: &Piece, outcome: &PieceOutcome, syntax: OptionSyntax) -> String {
     let identity = json!({
         "name": name,
         "well": piece.well,
         "when": piece.when,
         "kind": piece.kind,
-        "command": piece.command(),
+        "command": piece.command(syntax),
     });
     let value = match outcome {
         PieceOutcome::Done { result, stopped, remarks, files } => json!({

@@ -2,7 +2,10 @@
 
 use std::fmt;
 
+use dgd_work::{Argument, ArgumentUse};
 use serde::{Deserialize, Serialize};
+
+use crate::syntax::OptionSyntax;
 
 /// The task of a piece.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
@@ -46,19 +49,16 @@ impl PieceKind {
     }
 
     /// The options that limit a command to this share of its work.
-    fn options(&self) -> Vec<String> {
-        let words = |words: &[(&str, String)]| {
-            words.iter().flat_map(|(option, value)| [(*option).to_owned(), value.clone()]).collect()
-        };
+    fn options(&self) -> Vec<ArgumentUse> {
         match self {
             PieceKind::Fit | PieceKind::Discover => Vec::new(),
             PieceKind::Start { number, of } => {
-                words(&[("--starts", of.to_string()), ("--start-point", number.to_string())])
+                vec![Argument::Starts.with(of), Argument::StartPoint.with(number)]
             }
             PieceKind::Replicates { from, count } => {
-                words(&[("--bootstrap", count.to_string()), ("--bootstrap-from", from.to_string())])
+                vec![Argument::Bootstrap.with(count), Argument::BootstrapFrom.with(from)]
             }
-            PieceKind::Profile { of } => words(&[("--profile", of.clone())]),
+            PieceKind::Profile { of } => vec![Argument::Profile.with(of)],
         }
     }
 }
@@ -101,22 +101,21 @@ pub struct Piece {
 
 impl Piece {
     /// The arguments of its command, after `dgd`.
-    pub fn words(&self) -> Vec<String> {
+    pub fn words(&self, syntax: OptionSyntax) -> Vec<String> {
         let mut words = vec![self.kind.command().to_owned(), self.model.clone()];
-        for (option, files) in [("--data", &self.data), ("--valid", &self.valid)] {
-            words.extend(files.iter().flat_map(|file| [option.to_owned(), file.clone()]));
+        let mut give = |given: &ArgumentUse| words.extend((syntax.words)(given));
+        for (argument, files) in [(Argument::Data, &self.data), (Argument::Valid, &self.valid)] {
+            files.iter().for_each(|file| give(&argument.with(file)));
         }
         words.extend(self.options.iter().cloned());
-        words.extend(self.kind.options());
-        if self.seed != 0 {
-            words.extend(["--seed".to_owned(), self.seed.to_string()]);
-        }
+        let seed = (self.seed != 0).then(|| Argument::Seed.with(self.seed));
+        words.extend(self.kind.options().iter().chain(&seed).flat_map(syntax.words));
         words
     }
 
     /// Its command line, to be typed in the folder of the job file.
-    pub fn command(&self) -> String {
-        shell(std::iter::once("dgd".to_owned()).chain(self.words()))
+    pub fn command(&self, syntax: OptionSyntax) -> String {
+        shell(std::iter::once("dgd".to_owned()).chain(self.words(syntax)))
     }
 }
 
@@ -136,6 +135,7 @@ pub fn shell(words: impl IntoIterator<Item = String>) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::syntax::tests::PLUS;
 
     #[test]
     fn a_piece_is_a_command_line() {
@@ -146,17 +146,17 @@ mod tests {
             model: "m.dgd".into(),
             data: vec!["a b.csv".into(), "c.csv".into()],
             valid: vec!["d.csv".into()],
-            options: vec!["--set".into(), "c0=1 [m]".into()],
+            options: vec!["+set".into(), "c0=1 [m]".into()],
             seed: 7,
         };
         assert_eq!(
-            piece.command(),
-            "dgd fit m.dgd --data 'a b.csv' --data c.csv --valid d.csv --set 'c0=1 [m]' --starts 20 \
-             --start-point 3 --seed 7"
+            piece.command(PLUS),
+            "dgd fit m.dgd +data 'a b.csv' +data c.csv +valid d.csv +set 'c0=1 [m]' +starts 20 \
+             +start-point 3 +seed 7"
         );
         let replicates = PieceKind::Replicates { from: 40, count: 20 };
         let other = Piece { kind: replicates, seed: 0, ..piece };
-        assert!(other.command().ends_with("--bootstrap 20 --bootstrap-from 40"));
+        assert!(other.command(PLUS).ends_with("+bootstrap 20 +bootstrap-from 40"));
         assert_eq!(other.kind.to_string(), "replicates 40 to 59");
         let text = serde_json::to_string(&other).expect("it serialises");
         assert_eq!(serde_json::from_str::<Piece>(&text).expect("and back"), other);

@@ -12,6 +12,7 @@ use crate::name::PieceKeys;
 use crate::outcome::PieceDocument;
 use crate::piece::Piece;
 use crate::store::{FleetStore, PieceState};
+use crate::syntax::OptionSyntax;
 
 /// Failures listed in the text.
 const MOST_TOLD: usize = 20;
@@ -59,8 +60,9 @@ pub fn status(
     job: &Job,
     store: &FleetStore,
     identity: &BuildIdentity,
+    syntax: OptionSyntax,
 ) -> Result<JobStatus, JobError> {
-    let names = PieceKeys::new(&job.folder, identity);
+    let names = PieceKeys::new(&job.folder, identity, syntax);
     let there = store.all()?;
     let mut status = JobStatus {
         pieces: job.len(),
@@ -73,7 +75,9 @@ pub fn status(
         let name = names.key(&piece);
         match there.get(&name) {
             Some(PieceState::Done) => status.done += 1,
-            Some(PieceState::Failed) => status.failures.push(failure(index, name, &piece, store)?),
+            Some(PieceState::Failed) => {
+                status.failures.push(failure(index, name, &piece, (store, syntax))?)
+            }
             None => status.open.push((index, name)),
         }
     }
@@ -84,12 +88,12 @@ fn failure(
     index: usize,
     name: String,
     piece: &Piece,
-    store: &FleetStore,
+    (store, syntax): (&FleetStore, OptionSyntax),
 ) -> Result<FailedPiece, JobError> {
     let text = store.read(&name)?.map(|(_, text)| text).unwrap_or_default();
     let error = PieceDocument::read(&text).err().unwrap_or_default();
     let (well, when) = (piece.well.clone(), piece.when.clone());
-    let (what, command) = (piece.kind.to_string(), piece.command());
+    let (what, command) = (piece.kind.to_string(), piece.command(syntax));
     Ok(FailedPiece { index, name, well, when, what, error, command })
 }
 

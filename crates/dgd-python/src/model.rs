@@ -11,8 +11,8 @@ use dgd_data::open::{FolderEntry, read_import};
 use dgd_data::{DiskFiles, FileSystem, InMemory, LayeredFiles};
 use dgd_work::{
     CheckRequest, DiscoverRequest, FitRequest, ModelChoices, RunRequest, SensitivityRequest,
-    SimulateRequest, TaskContext, TrackRequest, WorkError, check, discover, equations, fit,
-    objective, sensitivity, simulate,
+    SimulateRequest, TaskContext, TrackRequest, UsageError, WorkError, check, discover, equations,
+    fit, objective, sensitivity, simulate,
 };
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
@@ -63,13 +63,12 @@ pub(crate) fn load(
         request.choices = choices.clone();
         let checked = check(&request, session)?;
         let Some(description) = checked.to_json() else {
-            let words = format!("`{}` is an effect, not a model", path.display());
-            return Err(WorkError::Usage(words));
+            return Err(UsageError::EffectNotModel(path.clone()).into());
         };
         let loaded = dgd_work::load(&path, &choices, &SensitivityDirections::None, session)?;
         let is_text =
             |name: &str| [".dgd", ".csv", ".csv.gz"].iter().any(|ending| name.ends_with(ending));
-        let sources = loaded.sources.iter().filter(|source| is_text(&source.name));
+        let sources = loaded.sources.files().filter(|source| is_text(&source.name));
         let read = sources.fold(effects_beside(&path, &files), |all, source| {
             all.with_file(&source.name, source.text.as_bytes())
         });

@@ -4,8 +4,10 @@ use std::sync::{Mutex, PoisonError};
 
 use dgd_identify::{Monitor, Progress, Total};
 use dgd_runtime::RunMonitor;
-use dgd_work::{Remark, Reporter};
+use dgd_work::{Remark, Reporter, Spelling};
 use pyo3::prelude::*;
+
+use crate::errors::keyword;
 
 /// Flags that no call uses any more and that were never set: each lives as long as the program.
 static UNUSED: Mutex<Vec<&'static RunMonitor>> = Mutex::new(Vec::new());
@@ -66,8 +68,12 @@ impl Monitor for PyObserver {
 }
 
 impl Reporter for PyObserver {
+    fn spelling(&self) -> Spelling {
+        keyword
+    }
+
     fn remark(&self, remark: Remark<'_>) {
-        self.remarks.lock().unwrap_or_else(PoisonError::into_inner).push(remark.to_text());
+        self.remarks.lock().unwrap_or_else(PoisonError::into_inner).push(remark.to_text(keyword));
     }
 
     fn hears_progress(&self) -> bool {

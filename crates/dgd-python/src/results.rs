@@ -4,11 +4,11 @@ use std::path::{Path, PathBuf};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
 use dgd_data::files::{ResultFolder, write_folder};
-use dgd_data::write::{TableFormat, UnwritableFormat, save};
+use dgd_data::write::{TableFormat, save};
 use dgd_plot::Figure;
 use dgd_work::{
-    ColumnKind, DiscoveryResult, FitResult, NamedColumn, Sensitivities, SimulationResult,
-    TimeTable, WorkError,
+    ColumnKind, DiscoveryResult, FitResult, NamedColumn, OutputPart, Sensitivities,
+    SimulationResult, TimeTable, UnusableFile, WorkError,
 };
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
@@ -138,7 +138,7 @@ impl PyRun {
         guarded(py, RequestedTask::Simulate, || {
             let mut text = Vec::new();
             let written = self.inner.table().write_csv(&mut text);
-            written.map_err(|error| WorkError::Found(error.to_string()))?;
+            written.map_err(|error| UnusableFile::Output { what: OutputPart::Table, error })?;
             Ok(text)
         })
     }
@@ -147,9 +147,7 @@ impl PyRun {
     #[allow(clippy::needless_pass_by_value)]
     fn save(&self, py: Python<'_>, path: PathBuf) -> PyResult<()> {
         guarded(py, RequestedTask::Simulate, || {
-            let refused = |error: UnwritableFormat| {
-                WorkError::Usage(format!("`{}`: {error}", path.display()))
-            };
+            let refused = |error| UsageError::UnwritableTable { path: path.clone(), error };
             let format = TableFormat::to_write(&path).map_err(refused)?.unwrap_or_default();
             if format.is_document() {
                 let written = save(&path, |out| writeln!(out, "{}", self.inner.to_json()));

@@ -1,6 +1,6 @@
 //! Answers as JSON: the model's controls, results of a run, and errors.
 
-use dgd_work::{ApplicableEffect, SimulationResult, WorkError};
+use dgd_work::{ApplicableEffect, SimulationResult, WorkError, neutral};
 use serde_json::{Value, json};
 
 use dgd_work::check::{ModelDescription, ParameterDescription, VariantChoices};
@@ -46,10 +46,10 @@ pub(crate) fn run(simulated: &SimulationResult) -> Value {
 
 /// An error: in words, with diagnostics and their locations, and the texts that contain them.
 pub fn of_error(error: &WorkError) -> Value {
-    let mistakes = error.mistakes();
+    let mistakes = error.mistakes(neutral);
     let mut texts = serde_json::Map::new();
     if let WorkError::Diagnosed { sources, .. } = error {
-        for source in sources.iter() {
+        for source in sources.files() {
             let is_meant = |place: &dgd_work::TextSpot| place.file == source.name;
             let is_shown = mistakes.iter().any(|mistake| mistake.places.iter().any(is_meant));
             if is_shown && source.text.len() <= LONGEST_TEXT {
@@ -58,9 +58,9 @@ pub fn of_error(error: &WorkError) -> Value {
         }
     }
     // The page renders the diagnostics itself.
-    let words = match error {
-        WorkError::Found(words) | WorkError::Usage(words) | WorkError::Computation(words) => words,
-        _ => mistakes.first().map_or("", |mistake| &mistake.message),
+    let words = match mistakes.first() {
+        Some(mistake) => mistake.message.clone(),
+        None => error.to_string(),
     };
     json!({ "ok": false, "error": words, "mistakes": mistakes, "texts": texts })
 }

@@ -13,8 +13,8 @@ use dgd_runtime::signature::number::with_unit;
 use dgd_work::check::ModelDescription;
 use dgd_work::{
     ApplicableEffect, FitRequest, Mistake, ModelChoices, PreparedRun, Remark, Reporter, RunRequest,
-    SensitivityRequest, SimulationResult, TaskContext, WorkError, applicable, fit, prepare,
-    sensitivity,
+    SensitivityRequest, SimulationResult, TaskContext, UsageError, WorkError, applicable, fit,
+    prepare, sensitivity,
 };
 use serde_json::{Value, json};
 
@@ -178,9 +178,7 @@ impl ModelBench {
         session: TaskContext<'_>,
     ) -> Result<ChartedAnswer, WorkError> {
         if self.kept.len() == MOST_KEPT {
-            return Err(WorkError::Usage(format!(
-                "{MOST_KEPT} sets are kept; let go of one to keep another"
-            )));
+            return Err(UsageError::TooManyKept(MOST_KEPT).into());
         }
         let figures = self.simulate(ask, session)?.figures();
         self.count += 1;
@@ -205,7 +203,7 @@ impl ModelBench {
         self.ready(ask, session)?;
         let run = self.request_of(ask);
         let Some(data) = run.data else {
-            return Err(WorkError::Usage("a fit needs a recording of the outputs".to_owned()));
+            return Err(UsageError::FitWithoutData.into());
         };
         let mut request = FitRequest::new(run.model, vec![data]);
         request.choices = run.choices;
@@ -252,7 +250,7 @@ impl ModelBench {
         self.broken.clear();
         let prepared = prepare(&self.request_of(ask), session).inspect_err(|error| {
             if let WorkError::Diagnosed { sources, .. } = error {
-                let read = sources.iter().map(|source| PathBuf::from(&source.name));
+                let read = sources.files().map(|source| PathBuf::from(&source.name));
                 self.broken.extend(read.filter(|path| session.files.is_file(path)));
             }
         })?;

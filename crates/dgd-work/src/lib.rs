@@ -61,9 +61,15 @@ mod tests;
 pub mod track;
 
 pub use check::{CheckedModel, check};
+pub use dgd_compiler::argument::{Argument, ArgumentUse, ArgumentValue, Spelling, neutral};
+pub use dgd_compiler::sentence;
+pub use dgd_compiler::sentence::Sentence;
 pub use discover::invert::{self, InvertedReport, TwinInput, invert};
 pub use discover::{AdoptedFile, DiscoveryResult, adopt, discover};
-pub use error::{Mistake, MistakeClass, TaskEnd, TextCorrection, TextSpot, WorkError, meant};
+pub use error::{
+    ComputationError, Interruption, Mistake, MistakeClass, OutputPart, TaskEnd, TextCorrection,
+    TextSpot, UnusableFile, UsageError, WorkError, meant,
+};
 pub use fit::compare::{self, FitComparison, compare};
 pub use fit::objective::{Objective, objective};
 pub use fit::{FitFigure, FitResult, fit};

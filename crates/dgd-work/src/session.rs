@@ -2,7 +2,9 @@
 
 use std::sync::Mutex;
 
+use dgd_compiler::argument::{Spelling, neutral};
 use dgd_compiler::diagnostics::{Diagnostic, render};
+use dgd_compiler::sentence::Sentence;
 use dgd_compiler::source::SourceMap;
 use dgd_data::{DiskFiles, FileSystem};
 use dgd_identify::{Monitor, Progress, Total};
@@ -20,6 +22,11 @@ pub trait Reporter: Monitor {
     /// Whether remarks are used; some take work.
     fn hears_remarks(&self) -> bool {
         true
+    }
+
+    /// How its users give arguments, for sentences that name them.
+    fn spelling(&self) -> Spelling {
+        neutral
     }
 
     /// Whether progress within a single run is used; reporting it takes a second thread.
@@ -54,12 +61,13 @@ pub enum Remark<'a> {
 }
 
 impl Remark<'_> {
-    /// As text without colours.
-    pub fn to_text(&self) -> String {
+    /// As text without colours, with the arguments as a face writes them.
+    pub fn to_text(&self, spelling: Spelling) -> String {
         match self {
             Remark::Words(words) => (*words).to_owned(),
             Remark::Diagnostic(diagnostic, sources) => {
-                let text = render::render_note(diagnostic, sources, render::RenderStyle::Plain);
+                let text =
+                    render::render_note(diagnostic, sources, render::RenderStyle::Plain, spelling);
                 text.trim_end().to_owned()
             }
         }
@@ -87,12 +95,18 @@ impl Reporter for SilentReporter {
 }
 
 /// Collects remarks and never cancels.
-#[derive(Debug, Default)]
+#[derive(Debug)]
 pub struct Remarks {
     all: Mutex<Vec<String>>,
+    spelling: Spelling,
 }
 
 impl Remarks {
+    /// Collects remarks with the arguments as a face writes them.
+    pub fn new(spelling: Spelling) -> Self {
+        Remarks { all: Mutex::default(), spelling }
+    }
+
     /// The remarks so far.
     pub fn all(&self) -> Vec<String> {
         self.all.lock().map(|all| all.clone()).unwrap_or_default()
@@ -110,8 +124,12 @@ impl Monitor for Remarks {
 impl Reporter for Remarks {
     fn remark(&self, remark: Remark<'_>) {
         if let Ok(mut all) = self.all.lock() {
-            all.push(remark.to_text());
+            all.push(remark.to_text(self.spelling));
         }
+    }
+
+    fn spelling(&self) -> Spelling {
+        self.spelling
     }
 }
 
@@ -155,8 +173,13 @@ impl<'a> TaskContext<'a> {
     }
 
     /// Sends a remark.
-    pub fn remark(self, words: &str) {
-        self.listener.remark(Remark::Words(words));
+    pub fn remark(self, words: impl Into<Sentence>) {
+        self.listener.remark(Remark::Words(&words.into().spelled(self.spelling())));
+    }
+
+    /// How the users of this task give arguments.
+    pub fn spelling(self) -> Spelling {
+        self.listener.spelling()
     }
 
     /// Reports progress.

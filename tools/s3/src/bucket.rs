@@ -31,7 +31,7 @@ struct Bucket {
 ///
 /// It is not the name of a bucket, or the environment is invalid.
 pub(crate) fn open(name: &str) -> Result<Arc<dyn KeyValueStore>, JobError> {
-    let error_of = |what: String| JobError(format!("`{name}`: {what}"));
+    let error_of = |reason: String| JobError::Store { path: PathBuf::from(name), reason };
     let rest = name.strip_prefix("s3://").unwrap_or(name).trim_end_matches('/');
     let (bucket, folder) = rest.split_once('/').unwrap_or((rest, ""));
     if bucket.is_empty() {
@@ -67,7 +67,10 @@ impl Bucket {
         match self.runtime.block_on(answer) {
             Ok(found) => Ok(Some(found)),
             Err(Error::NotFound { .. }) => Ok(None),
-            Err(error) => Err(JobError(format!("`{}/{key}`: {}", self.name, words(&error)))),
+            Err(error) => Err(JobError::Store {
+                path: PathBuf::from(format!("{}/{key}", self.name)),
+                reason: words(&error),
+            }),
         }
     }
 
@@ -83,7 +86,10 @@ impl Bucket {
         };
         match self.found(key, put)? {
             Some(()) => Ok(()),
-            None => Err(JobError(format!("`{}`: there is no such bucket", self.name))),
+            None => Err(JobError::Store {
+                path: PathBuf::from(&self.name),
+                reason: "there is no such bucket".to_owned(),
+            }),
         }
     }
 }

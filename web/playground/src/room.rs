@@ -6,6 +6,8 @@ use std::path::PathBuf;
 use dgd_compiler::pipeline::SensitivityDirections;
 use dgd_data::InMemory;
 use dgd_watch::{ModelBench, PageRequest, of_error};
+#[cfg(not(feature = "discover"))]
+use dgd_work::UsageError;
 use dgd_work::{Engine, RunRequest, SilentReporter, TaskContext, WorkError, load, prepare};
 use serde::Deserialize;
 use serde_json::{Value, json};
@@ -142,7 +144,7 @@ impl Room {
     #[cfg(not(feature = "discover"))]
     #[expect(clippy::unused_self, reason = "with the feature it is used")]
     fn discover(&self, _: &Discover) -> Result<Value, WorkError> {
-        Err(WorkError::Usage("the module for discoveries has not been loaded".to_owned()))
+        Err(UsageError::DiscoveryNotLoaded.into())
     }
 }
 

@@ -344,7 +344,7 @@ fn the_folder_and_the_picture_are_written_and_the_same_every_time() {
 fn what_the_options_name_must_be_there() {
     let data = "examples/data/field/no_flow.csv.gz";
     dgd(&["screen", "--data", data, "--same", "p_in_A,p_in_C"])
-        .refused(2, &["there is no column `p_in_C`", "did you mean"]);
+        .refused(2, &["no column is called `p_in_C`", "did you mean"]);
     dgd(&["screen", "--data", data, "--rest", "p_r"]).refused(2, &["NAME=RATE"]);
     dgd(&["screen", "--data", data, "--window", "0"]).refused(2, &["a length of time"]);
     let folder = folder_with(&[("rows.csv", b"x [m],y [m]\n1,2\n")]);

@@ -26,6 +26,11 @@ impl Code {
         &CODES[self as usize]
     }
 
+    /// Whether it is about a file of data: stage 6.
+    pub fn is_of_data(self) -> bool {
+        self.info().text.starts_with("E6")
+    }
+
     /// The code with this spelling, e.g. `E301`; case does not matter.
     pub fn from_text(text: &str) -> Option<Code> {
         CODES.iter().map(|info| info.code).find(|code| code.to_string().eq_ignore_ascii_case(text))
@@ -434,15 +439,16 @@ Right:
     equation second: b = 2*a
 "
 UnknownVariant "E207" "unknown variant or choice" "
-The model has no variant of this name, or the variant has no such choice.
+The model has no variant of this name, or the variant has no such choice. For a model with
+`variant flow`, whose choices are `static` and `dynamic`:
 
 Wrong:
 
-    dgd simulate tank.dgd --variant flow=stationary
+    flow=stationary
 
 Right:
 
-    dgd simulate tank.dgd --variant flow=static
+    flow=static
 "
 UnusableImport "E208" "import that cannot be used" r#"
 The imported file cannot be found or read, or is neither a model nor a library of constants, `let`s and
@@ -545,11 +551,11 @@ would depend on their order.
 
 Wrong:
 
-    --apply pump_wear --apply pump_speed_exponent     # where both replace the pump's head
+    pump_wear, pump_speed_exponent     # where both replace the pump's head
 
 Right:
 
-    --apply pump_wear
+    pump_wear
 "
 InvalidDelay "E215" "delay that cannot be followed" "
 How late an input arrives is made of constants and parameters. The delay of a state or unknown may
@@ -1258,11 +1264,11 @@ The file does not exist, may not be read, is empty, or is not text in UTF-8.
 
 Wrong:
 
-    dgd simulate tank.dgd --data missing.csv
+    missing.csv
 
 Right:
 
-    dgd simulate tank.dgd --data recording.csv
+    recording.csv
 "
 NoTimeColumn "E602" "no time column" "
 The first column of a recording is `time [s]`.

@@ -6,6 +6,9 @@ pub mod render;
 mod suggestion;
 mod visible;
 
+use std::fmt::Display;
+
+use crate::sentence::Sentence;
 use crate::source::Span;
 pub use codes::Code;
 pub use fix::{Fix, FixEdit};
@@ -21,8 +24,10 @@ pub struct Diagnostic {
     pub message: String,
     /// Relevant places; the caret is at the first.
     pub labels: Vec<DiagnosticLabel>,
+    /// The names that it is about.
+    pub about: Vec<String>,
     /// The accepted form, or a likely correction.
-    pub help: Option<String>,
+    pub help: Option<Sentence>,
     /// The correction as an edit; the corrected line is shown.
     pub fix: Option<Fix>,
 }
@@ -40,7 +45,21 @@ impl Diagnostic {
     /// A diagnostic at one place.
     pub fn new(code: Code, span: Span, message: impl Into<String>) -> Self {
         let label = DiagnosticLabel { span, text: String::new() };
-        Diagnostic { code, message: message.into(), labels: vec![label], help: None, fix: None }
+        Diagnostic {
+            code,
+            message: message.into(),
+            labels: vec![label],
+            about: Vec::new(),
+            help: None,
+            fix: None,
+        }
+    }
+
+    /// Adds a name that it is about: without the declaration of that name, this may not be an error.
+    #[must_use]
+    pub fn about(mut self, name: impl Display) -> Self {
+        self.about.push(name.to_string());
+        self
     }
 
     /// Adds a note at the main place.
@@ -67,13 +86,13 @@ impl Diagnostic {
     /// Adds a help text, if there is one.
     #[must_use]
     pub fn maybe_help(mut self, text: Option<String>) -> Self {
-        self.help = text;
+        self.help = text.map(Sentence::from);
         self
     }
 
     /// Adds a help text.
     #[must_use]
-    pub fn help(mut self, text: impl Into<String>) -> Self {
+    pub fn help(mut self, text: impl Into<Sentence>) -> Self {
         self.help = Some(text.into());
         self
     }

@@ -8,6 +8,7 @@ use std::ops::Range;
 use annotate_snippets::{AnnotationKind, Group, Level, Renderer, Snippet};
 
 use super::{Diagnostic, DiagnosticLabel, visible};
+use crate::argument::{Argument, Spelling, neutral};
 use crate::source::{SourceId, SourceMap, Span};
 
 /// Number of diagnostics drawn in full; the rest are counted.
@@ -26,10 +27,20 @@ pub enum RenderStyle {
 ///
 /// At most twenty are drawn; a last line counts the rest.
 pub fn render(diagnostics: &[&Diagnostic], sources: &SourceMap, style: RenderStyle) -> String {
+    render_spelled(diagnostics, sources, style, neutral)
+}
+
+/// [`render`] with the arguments as a face writes them.
+pub fn render_spelled(
+    diagnostics: &[&Diagnostic],
+    sources: &SourceMap,
+    style: RenderStyle,
+    spelling: Spelling,
+) -> String {
     let renderer = renderer(style);
     let mut out = String::new();
     for diagnostic in diagnostics.iter().take(SHOWN) {
-        out.push_str(&renderer.render(&[group(diagnostic, Level::ERROR, sources)]));
+        out.push_str(&renderer.render(&[group(diagnostic, Level::ERROR, sources, spelling)]));
         out.push_str("\n\n");
     }
     if diagnostics.len() > SHOWN {
@@ -39,8 +50,13 @@ pub fn render(diagnostics: &[&Diagnostic], sources: &SourceMap, style: RenderSty
 }
 
 /// Draws a note that is not an error.
-pub fn render_note(diagnostic: &Diagnostic, sources: &SourceMap, style: RenderStyle) -> String {
-    renderer(style).render(&[group(diagnostic, Level::NOTE, sources)])
+pub fn render_note(
+    diagnostic: &Diagnostic,
+    sources: &SourceMap,
+    style: RenderStyle,
+    spelling: Spelling,
+) -> String {
+    renderer(style).render(&[group(diagnostic, Level::NOTE, sources, spelling)])
 }
 
 fn renderer(style: RenderStyle) -> Renderer {
@@ -54,27 +70,29 @@ fn group<'a>(
     diagnostic: &'a Diagnostic,
     level: Level<'static>,
     sources: &'a SourceMap,
+    spelling: Spelling,
 ) -> Group<'a> {
     let mut group = level
         .primary_title(visible(&diagnostic.message))
         .id(diagnostic.code.to_string())
-        .elements(snippets(&diagnostic.labels, sources));
-    if let Some(help) = help(diagnostic, sources) {
+        .elements(snippets(&diagnostic.labels, sources, spelling));
+    if let Some(help) = help(diagnostic, sources, spelling) {
         group = group.element(Level::HELP.message(visible(&help).into_owned()));
     }
     group
 }
 
 /// The help text, or else the corrected line.
-fn help(diagnostic: &Diagnostic, sources: &SourceMap) -> Option<String> {
+fn help(diagnostic: &Diagnostic, sources: &SourceMap, spelling: Spelling) -> Option<String> {
     let line = || diagnostic.fix.as_ref()?.line(sources).map(|line| format!("write `{line}`"));
-    diagnostic.help.clone().or_else(line)
+    diagnostic.help.as_ref().map(|help| help.spelled(spelling)).or_else(line)
 }
 
 /// One snippet per source, the main place's first.
 fn snippets<'a>(
     labels: &'a [DiagnosticLabel],
     sources: &'a SourceMap,
+    spelling: Spelling,
 ) -> Vec<Snippet<'a, annotate_snippets::Annotation<'a>>> {
     let mut order: Vec<SourceId> = Vec::new();
     for label in labels {
@@ -95,7 +113,7 @@ fn snippets<'a>(
 
             let mut snippet = Snippet::source(&source.text[lines.clone()])
                 .line_start(first_line)
-                .path(visible(&source.name));
+                .path(visible(&sources.shown_name(id, spelling)).into_owned());
             for ((i, label), range) in labels_here().zip(ranges) {
                 let kind = if i == 0 { AnnotationKind::Primary } else { AnnotationKind::Context };
                 let text = (!label.text.is_empty()).then(|| visible(&label.text));
@@ -169,6 +187,8 @@ pub struct FixEntry {
 pub struct EditorLocation {
     /// Name of the source.
     pub file: String,
+    /// The argument that the source is the value of, if it is not a file.
+    pub argument: Option<Argument>,
     /// Line of the first character.
     pub line: usize,
     /// Column of the first character.
@@ -182,13 +202,14 @@ pub struct EditorLocation {
 }
 
 /// The fields of a diagnostic.
-pub fn entry(diagnostic: &Diagnostic, sources: &SourceMap) -> DiagnosticEntry {
+pub fn entry(diagnostic: &Diagnostic, sources: &SourceMap, spelling: Spelling) -> DiagnosticEntry {
     let place = |span: Span, text: &str| {
         let end = Span { start: span.end, ..span };
         let (line, column) = sources.line_column(span);
         let (end_line, end_column) = sources.line_column(end);
-        let file = sources.get(span.source).name.clone();
-        EditorLocation { file, line, column, end_line, end_column, text: text.to_owned() }
+        let file = sources.shown_name(span.source, spelling).into_owned();
+        let argument = sources.argument(span.source);
+        EditorLocation { file, argument, line, column, end_line, end_column, text: text.to_owned() }
     };
     let fix = diagnostic.fix.as_ref().map(|fix| FixEntry {
         is_safe: fix.is_safe(),
@@ -198,7 +219,7 @@ pub fn entry(diagnostic: &Diagnostic, sources: &SourceMap) -> DiagnosticEntry {
         code: diagnostic.code.to_string(),
         message: diagnostic.message.clone(),
         places: diagnostic.labels.iter().map(|label| place(label.span, &label.text)).collect(),
-        help: help(diagnostic, sources),
+        help: help(diagnostic, sources, spelling),
         fix,
     }
 }
@@ -242,7 +263,7 @@ error[E301]: cannot add m and s
 
 "
         );
-        let entry = entry(&diagnostic, &sources);
+        let entry = entry(&diagnostic, &sources, neutral);
         assert_eq!((entry.places[0].line, entry.places[0].column), (2, 13));
         assert_eq!((entry.places[0].end_line, entry.places[0].end_column), (2, 18));
     }

@@ -25,11 +25,14 @@ pub(super) fn choose<'a>(
             continue;
         };
         if variants.iter().any(|v| v.name == name.text) {
-            diagnostics.error(Diagnostic::new(
-                Code::DuplicateName,
-                name.span,
-                format!("two variants are called `{}`", name.text),
-            ));
+            diagnostics.error(
+                Diagnostic::new(
+                    Code::DuplicateName,
+                    name.span,
+                    format!("two variants are called `{}`", name.text),
+                )
+                .about(&name.text),
+            );
             continue;
         }
         for (i, choice) in choices.iter().enumerate() {
@@ -38,6 +41,7 @@ pub(super) fn choose<'a>(
                 let message = format!("two choices are called `{}`", name.text);
                 diagnostics.error(
                     Diagnostic::new(Code::DuplicateName, name.span, message)
+                        .about(&name.text)
                         .label(first.name.span, "first here"),
                 );
             }
@@ -99,11 +103,12 @@ fn chosen_of(
         return 0;
     };
     choices.iter().position(|choice| choice.name.text == wanted.text).unwrap_or_else(|| {
-        diagnostics.error(unknown_choice(
+        let unknown = unknown_choice(
             wanted,
             &format!("variant `{}` has no choice `{}`", variant.text, wanted.text),
             choices.iter().map(|choice| choice.name.text.as_str()),
-        ));
+        );
+        diagnostics.error(unknown.about(&variant.text));
         0
     })
 }
@@ -114,7 +119,7 @@ pub(super) fn unknown_choice<'a>(
     known: impl Iterator<Item = &'a str>,
 ) -> Diagnostic {
     let known: Vec<&str> = known.collect();
-    let diagnostic = Diagnostic::new(Code::UnknownVariant, at.span, message);
+    let diagnostic = Diagnostic::new(Code::UnknownVariant, at.span, message).about(&at.text);
     if known.is_empty() {
         return diagnostic.help("this model has no variants");
     }
@@ -143,15 +148,20 @@ pub(super) fn check_settings<'a>(
             }
             Some(NameDefinition::Array { .. }) if element.is_some() => {
                 let message = format!("`{}` is an element of an array of unknowns", name.text);
-                diagnostics.error(Diagnostic::new(Code::MisusedName, name.span, message).help(
-                    format!("set them all: `{array}=…`, or `{array}=(…, …)` with a value for each"),
-                ));
+                diagnostics.error(
+                    Diagnostic::new(Code::MisusedName, name.span, message).about(&name.text).help(
+                        format!(
+                            "set them all: `{array}=…`, or `{array}=(…, …)` with a value for each"
+                        ),
+                    ),
+                );
             }
             Some(definition)
                 if element.is_some() && !matches!(definition, NameDefinition::Vector(_)) =>
             {
                 let message = format!("`{array}` is {}, not an array", definition.noun());
-                diagnostics.error(Diagnostic::new(Code::ArrayAsNumber, name.span, message));
+                diagnostics
+                    .error(Diagnostic::new(Code::ArrayAsNumber, name.span, message).about(&array));
             }
             Some(
                 NameDefinition::Constant(_)
@@ -173,9 +183,10 @@ pub(super) fn check_settings<'a>(
                     Code::UnknownName,
                     name.span,
                     format!("nothing is called `{}`", name.text),
-                );
+                )
+                .about(&name.text);
                 if let Some(near) = suggestion(&name.text, scope.names.keys().copied()) {
-                    diagnostic.help = Some(format!("did you mean `{near}`?"));
+                    diagnostic.help = Some(format!("did you mean `{near}`?").into());
                 }
                 diagnostics.error(diagnostic);
             }
@@ -187,5 +198,6 @@ pub(super) fn check_settings<'a>(
 fn cannot_be_set(name: &Name, noun: &str) -> Diagnostic {
     let message = format!("`{}` is {noun}, which cannot be set", name.text);
     Diagnostic::new(Code::MisusedName, name.span, message)
+        .about(&name.text)
         .help("set a constant, a parameter or the start value of a state")
 }

@@ -379,7 +379,7 @@ impl<'a> ModelScope<'a> {
                 let message = format!("`{first}` and `{name}` are one name in generated code");
                 let meant = if first.contains('.') { first } else { name };
                 diagnostics.error(
-                    Diagnostic::new(Code::DuplicateName, *span, message)
+                    Diagnostic::new(Code::DuplicateName, *span, message).about(&first).about(&name)
                         .label(place, "the other one")
                         .help(format!(
                             "rename one of them, as `_` stands for the point there; or is `{meant}` meant?"
@@ -401,6 +401,7 @@ impl<'a> ModelScope<'a> {
                         name.span,
                         format!("`{}` has a meaning in every model", name.text),
                     )
+                    .about(&name.text)
                     .help("choose another name"),
                 );
             }
@@ -411,6 +412,7 @@ impl<'a> ModelScope<'a> {
                         name.span,
                         format!("`{}` is declared twice", name.text),
                     )
+                    .about(&name.text)
                     .label(earlier.span, "first here"),
                 );
             }
@@ -433,6 +435,7 @@ fn check_function(
                 name.span,
                 format!("`{}` is a function of the language", name.text),
             )
+            .about(&name.text)
             .help("choose another name"),
         );
     }
@@ -449,6 +452,7 @@ fn check_function(
             let message = format!("`{}` is read before its own line", later.name.text);
             diagnostics.error(
                 Diagnostic::new(Code::CircularDefinition, place, message)
+                    .about(&later.name.text)
                     .label(later.name.span, "declared here")
                     .help("a `let` of a function reads those above it"),
             );
@@ -499,6 +503,7 @@ fn unique<'a>(
                     name.span,
                     format!("two {what}s are called `{}`", name.text),
                 )
+                .about(&name.text)
                 .label(*first, "first here"),
             );
         }
@@ -631,6 +636,7 @@ fn report_cycle(
         first.span,
         format!("`{}` depends on itself: {shown}", first.text),
     )
+    .about(&first.text)
     .help("an unknown that an equation determines can depend on itself; a `let` cannot");
     for v in cycle.iter().skip(1).take(3) {
         diagnostic = diagnostic.label(values[*v].1.span, "through this");

@@ -423,6 +423,7 @@ impl<'a> ExprLowering<'a> {
                 let noun = entry.definition.noun();
                 return Err(diagnostics.error(
                     Diagnostic::new(Code::MisusedName, span, format!("`{name}` is {noun}"))
+                        .about(&name)
                         .help(format!("call it: `{name}(…)`")),
                 ));
             }
@@ -439,6 +440,7 @@ impl<'a> ExprLowering<'a> {
             | NameDefinition::LetArray(_) => {
                 return Err(diagnostics.error(
                     Diagnostic::new(Code::ArrayAsNumber, span, format!("`{name}` is an array"))
+                        .about(&name)
                         .label(entry.span, "declared here")
                         .help(format!("say which element: `{name}[…]`")),
                 ));
@@ -467,6 +469,7 @@ impl<'a> ExprLowering<'a> {
                     span,
                     format!("`{name}` is an output, which cannot be read inside the model"),
                 )
+                .about(&name)
                 .label(*place, "declared here")
                 .help("give what it reads a `let`, and use that in both places"),
             );
@@ -481,13 +484,14 @@ impl<'a> ExprLowering<'a> {
         let candidates = arguments.keys().copied().chain(self.scope.names.keys().copied());
         let near = || diagnostics.suggestion(name, candidates);
         let mut diagnostic =
-            Diagnostic::new(Code::UnknownName, span, format!("nothing is called `{name}`"));
+            Diagnostic::new(Code::UnknownName, span, format!("nothing is called `{name}`"))
+                .about(&name);
         if name == "delay" || IntrinsicId::find(name).is_some() {
             diagnostic.code = Code::MisusedName;
             diagnostic.message = format!("`{name}` is a function");
-            diagnostic.help = Some(format!("call it: `{name}(…)`"));
+            diagnostic.help = Some(format!("call it: `{name}(…)`").into());
         } else if let Some(near) = near() {
-            diagnostic.help = Some(format!("did you mean `{near}`?"));
+            diagnostic.help = Some(format!("did you mean `{near}`?").into());
         }
         diagnostics.error(diagnostic)
     }
@@ -519,6 +523,7 @@ impl<'a> ExprLowering<'a> {
                     function.span,
                     format!("`{name}` goes over indices"),
                 )
+                .about(&name)
                 .help(format!("say over which: `{name}({array}[i] for i in 1..N)`")),
             ));
         }
@@ -532,11 +537,14 @@ impl<'a> ExprLowering<'a> {
         }
         let wrong_number = |expected: usize, diagnostics: &mut Diagnostics| {
             let noun = if expected == 1 { "argument" } else { "arguments" };
-            diagnostics.error(Diagnostic::new(
-                Code::ArgumentCount,
-                span,
-                format!("`{name}` takes {expected} {noun}, not {}", list.len()),
-            ))
+            diagnostics.error(
+                Diagnostic::new(
+                    Code::ArgumentCount,
+                    span,
+                    format!("`{name}` takes {expected} {noun}, not {}", list.len()),
+                )
+                .about(&name),
+            )
         };
         let definition = self.scope.names.get(name).map(|entry| (entry.definition, entry.span));
         match definition {
@@ -574,6 +582,7 @@ impl<'a> ExprLowering<'a> {
                     function.span,
                     format!("`{name}` is not a function"),
                 )
+                .about(&name)
                 .label(place, "declared here")
                 .help(format!("write `{name} * (…)` for a product")),
             )),
@@ -588,10 +597,11 @@ impl<'a> ExprLowering<'a> {
                         Code::UnknownFunction,
                         function.span,
                         format!("there is no function `{name}`"),
-                    );
+                    )
+                    .about(&name);
                     let known = known.chain(of_model).chain(["der", "delay"]);
                     if let Some(near) = diagnostics.suggestion(name, known) {
-                        diagnostic.help = Some(format!("did you mean `{near}`?"));
+                        diagnostic.help = Some(format!("did you mean `{near}`?").into());
                     }
                     return Err(diagnostics.error(diagnostic));
                 };
@@ -628,6 +638,7 @@ impl<'a> ExprLowering<'a> {
                     passed.call,
                     format!("the function `{name}` calls itself: `{chain}` → `{name}`"),
                 )
+                .about(&name)
                 .help("a call stands for the function's body, which cannot hold the same call"),
             ));
         }
@@ -694,6 +705,8 @@ impl<'a> ExprLowering<'a> {
                                 self.scope.spelling.being(dimension)
                             ),
                         )
+                        .about(&called)
+                        .about(&argument.text)
                         .here(self.scope.spelling.this_is(dimension))
                         .label(argument.span, format!("declared in `{}`", unit.symbol)),
                     ));
@@ -788,6 +801,7 @@ impl<'a> ExprLowering<'a> {
                         *name_span,
                         format!("`{name}` is {what}, not a state"),
                     )
+                    .about(&name)
                     .label(place, "declared here")
                     .help("only what is declared `state` has a derivative"),
                 ))

@@ -178,7 +178,7 @@ impl<'a> ModelResolver<'a> {
             let message = format!("`{array}` is an array, but `{}` is a single output", name.text);
             let span = value.map_or(name.span, |value| value.span);
             return Err(diagnostics
-                .error(Diagnostic::new(Code::ArrayAsNumber, span, message).help(format!(
+                .error(Diagnostic::new(Code::ArrayAsNumber, span, message).about(&array).about(&name.text).help(format!(
                 "write `output {array}` for an output of each element, or read one, `{array}[…]`"
             ))));
         }
@@ -230,6 +230,7 @@ impl<'a> ModelResolver<'a> {
                     name.span,
                     format!("output `{}` reads nothing: no unknown has its name", name.text),
                 )
+                .about(&name.text)
                 .help(format!("say what it reads: `output {} = …`", name.text)),
             ));
         };
@@ -246,6 +247,7 @@ impl<'a> ModelResolver<'a> {
                         entry.definition.noun()
                     ),
                 )
+                .about(&name.text)
                 .label(entry.span, "declared here")
                 .help(format!("write `output {0}{unit} = {0}`", name.text)),
             ));
@@ -279,6 +281,7 @@ impl<'a> ModelResolver<'a> {
                         self.lowering.scope.spelling.being(r)
                     ),
                 )
+                .about(&label.text)
                 .here(self.lowering.scope.spelling.this_is(l))
                 .label(right.span, self.lowering.scope.spelling.this_is(r))
                 .maybe_help(which_is_meant(l, r)),
@@ -314,6 +317,7 @@ pub(super) fn unit_read(
     );
     Err(diagnostics.error(
         Diagnostic::new(Code::UnitsOfSides, name.span, message)
+            .about(&name.text)
             .label(declared_at, "the unknown is declared here")
             .maybe_help(which_is_meant(unit.dimension, declared.dimension)),
     ))
@@ -343,6 +347,7 @@ fn check_bounds(
                     span,
                     format!("the bounds of `{}` leave nothing: {range}", declared.name),
                 )
+                .about(&declared.name)
                 .help("write the smaller bound first"),
             ));
         } else if value < lower || value > upper {
@@ -359,6 +364,7 @@ fn check_bounds(
                         u = declared.unit.symbol,
                     ),
                 )
+                .about(&declared.name)
                 .label(span, "bounds declared here"),
             ));
         }
@@ -373,6 +379,7 @@ fn check_bounds(
                     declared.name
                 ),
             )
+            .about(&declared.name)
             .help("leave out `log`, or give a positive value"),
         ));
     }

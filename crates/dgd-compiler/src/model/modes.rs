@@ -426,7 +426,7 @@ impl<'a> ModelResolver<'a> {
                 None => format!("nothing is called `{}`", name.text),
             };
             let code = if what.is_some() { Code::MisusedName } else { Code::UnknownName };
-            let diagnostic = Diagnostic::new(code, name.span, message);
+            let diagnostic = Diagnostic::new(code, name.span, message).about(&name.text);
             let near =
                 diagnostics.suggestion(&name.text, self.lowering.scope.names.keys().copied());
             return Err(diagnostics.error(match near.filter(|_| what.is_none()) {
@@ -437,6 +437,7 @@ impl<'a> ModelResolver<'a> {
         let (unit, declared) = (entry.unit.clone(), entry.span);
         let wrong = |message: String| {
             Diagnostic::new(Code::ArrayAsNumber, name.span, message)
+                .about(&name.text)
                 .label(declared, "declared here")
         };
         let symbol = match what {
@@ -487,6 +488,7 @@ fn mode_names<'a>(
             let message = format!("two modes are called `{}`", mode.name.text);
             diagnostics.error(
                 Diagnostic::new(Code::DuplicateName, mode.name.span, message)
+                    .about(&mode.name.text)
                     .label(first.name.span, "first here"),
             );
         } else {
@@ -506,7 +508,9 @@ impl ModeNames<'_> {
     fn position(&self, mode: &Name, diagnostics: &mut Diagnostics) -> Result<usize, ErrorReported> {
         self.positions.get(mode.text.as_str()).copied().ok_or_else(|| {
             let message = format!("`{}` has no mode `{}`", self.automaton.text, mode.text);
-            let diagnostic = Diagnostic::new(Code::UnknownMode, mode.span, message);
+            let diagnostic = Diagnostic::new(Code::UnknownMode, mode.span, message)
+                .about(&self.automaton.text)
+                .about(&mode.text);
             let known: Vec<&str> = self.positions.keys().copied().collect();
             let help = diagnostics.suggestion(&mode.text, known.iter().copied()).map_or_else(
                 || format!("there is `{}`", known.join("`, `")),

@@ -9,9 +9,11 @@ use super::density::reading::DensityFormula;
 use super::expression::{ExprLowering, OpenArguments, TypedExpr, is_plain, unit_of};
 use super::item::UnknownDeclaration;
 use super::{Constant, DeclarationHeader, Input, Interpolation, Let, Model, Parameter};
+use crate::argument::Argument;
 use crate::diagnostics::{Code, Diagnostic, Diagnostics, ErrorReported};
 use crate::expr::{ExprId, Symbol};
 use crate::parts::{self, FlatModel, InnerModel};
+use crate::sentence;
 use crate::source::Span;
 use crate::syntax::ast::{
     ArrayKind, Ast, AttributeKind, Expr, Item, ItemKind, Name, StartRule, UnknownKind, WrittenUnit,
@@ -74,7 +76,8 @@ pub fn resolve_noting(
             let message = format!("`{}` is an effect, not a model", effect.name.text);
             return Err(diagnostics.error(
                 Diagnostic::new(Code::NoModelLine, effect.name.span, message)
-                    .help("give the model, and the effect with `--apply`"),
+                    .about(&effect.name.text)
+                    .help(sentence!["give the model, and the effect with ", Argument::Apply]),
             ));
         }
         return Err(diagnostics.error(
@@ -176,6 +179,7 @@ fn verify_start(
         format!("only the whole model can start at rest, and this is not `{}`", model.name);
     Err(diagnostics.error(
         Diagnostic::new(Code::StartNotSteady, span, message)
+            .about(&model.name)
             .help("move `start steady` to the model that is simulated"),
     ))
 }

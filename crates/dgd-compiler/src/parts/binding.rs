@@ -64,6 +64,7 @@ pub(super) fn verify_once(bindings: &[InputBinding<'_>], diagnostics: &mut Diagn
             let message = format!("`{}` is bound twice", bound.input.text);
             diagnostics.error(
                 Diagnostic::new(Code::DuplicateName, bound.input.span, message)
+                    .about(&bound.input.text)
                     .label(first.input.span, "first here"),
             );
         }
@@ -106,7 +107,9 @@ impl WrittenBinding<'_> {
                     format!("write `{}{} = …`", input.text, "[…]".repeat(n)),
                 ),
             };
-            return Err(Diagnostic::new(Code::ArrayAsNumber, input.span, message).help(help));
+            return Err(Diagnostic::new(Code::ArrayAsNumber, input.span, message)
+                .about(&input.text)
+                .help(help));
         }
         let is_whole = n_indices == 0 && n > 0;
         let kind = if is_in_pieces && !is_whole {

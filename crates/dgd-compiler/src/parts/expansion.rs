@@ -205,9 +205,11 @@ impl<'a, 'd> PartExpansion<'a, 'd> {
                 Some(near) => format!("did you mean `{near}`?"),
                 None => format!("import it: `import \"{}.dgd\"`", model.text),
             };
-            return Err(self
-                .diagnostics
-                .error(Diagnostic::new(Code::UnknownName, model.span, message).help(help)));
+            return Err(self.diagnostics.error(
+                Diagnostic::new(Code::UnknownName, model.span, message)
+                    .about(&model.text)
+                    .help(help),
+            ));
         };
         self.verify_nesting(ast, model)?;
         if !self.done.contains_key(&ast.source) {
@@ -247,11 +249,9 @@ impl<'a, 'd> PartExpansion<'a, 'd> {
             let names: Vec<String> =
                 names.map(|header| format!("`{}`", header.name.text)).collect();
             let message = format!("`{}` contains itself: {}", model.text, names.join(" → "));
-            return Err(self.diagnostics.error(Diagnostic::new(
-                Code::RecursiveModel,
-                model.span,
-                message,
-            )));
+            return Err(self.diagnostics.error(
+                Diagnostic::new(Code::RecursiveModel, model.span, message).about(&model.text),
+            ));
         }
         if self.open.len() > DEEPEST {
             let message = format!("parts are nested more than {DEEPEST} deep");
@@ -296,6 +296,7 @@ impl<'a, 'd> PartExpansion<'a, 'd> {
                 let message = format!("`{}` is declared twice", name.text);
                 self.diagnostics.error(
                     Diagnostic::new(Code::DuplicateName, name.span, message)
+                        .about(&name.text)
                         .label(first, "also here"),
                 );
             }
@@ -387,7 +388,8 @@ impl<'a, 'd> PartExpansion<'a, 'd> {
                 Some(near) => format!("did you mean `{near}`?"),
                 None => "only inputs of parts are bound; `let` gives a value a name".to_owned(),
             };
-            let diagnostic = Diagnostic::new(Code::UnknownName, input.span, message).help(help);
+            let diagnostic =
+                Diagnostic::new(Code::UnknownName, input.span, message).about(&part).help(help);
             return Err(self.diagnostics.error(diagnostic));
         };
         let instance = instance.as_ref().map_err(|reported| *reported)?;
@@ -411,7 +413,8 @@ impl<'a, 'd> PartExpansion<'a, 'd> {
             None if inputs.is_empty() => "its model has no inputs".to_owned(),
             None => format!("there is `{}`", inputs.join("`, `")),
         };
-        Err(self.diagnostics.error(Diagnostic::new(code, input.span, message).help(help)))
+        let diagnostic = Diagnostic::new(code, input.span, message).about(part).about(&input.text);
+        Err(self.diagnostics.error(diagnostic.help(help)))
     }
 }
 

@@ -63,6 +63,7 @@ pub(super) fn instance(
             let message = format!("`{}` is given twice", argument.name.text);
             problems.error(
                 Diagnostic::new(Code::DuplicateName, argument.name.span, message)
+                    .about(&argument.name.text)
                     .label(first.name.span, "first here"),
             );
         }
@@ -70,8 +71,12 @@ pub(super) fn instance(
         if inputs.contains_key(&name) {
             let message = format!("`{}` is an input of `{}`", argument.name.text, model.text);
             let help = format!("bind it in a line of its own: `{name} = …`");
-            problems
-                .error(Diagnostic::new(Code::MisusedName, argument.name.span, message).help(help));
+            problems.error(
+                Diagnostic::new(Code::MisusedName, argument.name.span, message)
+                    .about(&argument.name.text)
+                    .about(&model.text)
+                    .help(help),
+            );
         } else {
             let written = several.argument(argument);
             match give(&mut items, &name, &written, model, set) {
@@ -241,6 +246,7 @@ fn give(
         let message = format!("`{}` cannot be given a value", argument_name.text);
         return Err(Box::new(
             Diagnostic::new(Code::MisusedName, argument_name.span, message)
+                .about(&argument_name.text)
                 .label(place, "it is worked out here")
                 .help("a constant, a parameter, the start value of a state or a variant can"),
         ));
@@ -249,7 +255,12 @@ fn give(
     let prefix = name.len() - argument_name.text.len();
     let known = settable.iter().map(|name| &name[prefix..]);
     let near = suggestion(&argument_name.text, known).map(|near| format!("did you mean `{near}`?"));
-    Err(Box::new(Diagnostic::new(Code::UnknownName, argument_name.span, message).maybe_help(near)))
+    Err(Box::new(
+        Diagnostic::new(Code::UnknownName, argument_name.span, message)
+            .about(&model.text)
+            .about(&argument_name.text)
+            .maybe_help(near),
+    ))
 }
 
 /// Makes a choice the first, and so the default.
@@ -272,5 +283,7 @@ fn choose(
         Some(near) => format!("did you mean `{near}`?"),
         None => format!("there is `{}`", known.join("`, `")),
     };
-    Err(Box::new(Diagnostic::new(Code::UnknownVariant, wanted.span, message).help(help)))
+    Err(Box::new(
+        Diagnostic::new(Code::UnknownVariant, wanted.span, message).about(&variant).help(help),
+    ))
 }

@@ -214,6 +214,8 @@ impl IndexSpreading<'_> {
                     );
                     self.mistakes.push(
                         Diagnostic::new(Code::ValueCount, *span, message)
+                            .about(&name.text)
+                            .about(&self.part.text)
                             .help("read an array with an index for each: `T_0[i][j]`"),
                     );
                 }
@@ -364,6 +366,9 @@ impl IndexSpreading<'_> {
                 format!("{what} `{name_text}` reads `{differs}`, which differs among `{part}`");
             self.mistakes.push(
                 Diagnostic::new(Code::ArrayAsNumber, self.part.span, message)
+                    .about(&name_text)
+                    .about(&differs)
+                    .about(&part)
                     .label(name.span, "one for all of them")
                     .help("a function gets as an argument what differs from one to the next"),
             );
@@ -376,6 +381,7 @@ impl IndexSpreading<'_> {
         let help = format!("write a part for each: `part {part}_1: …`");
         self.mistakes.push(
             Diagnostic::new(Code::ItemInLoop, self.part.span, message)
+                .about(&part)
                 .label(place, "here")
                 .help(help),
         );

@@ -80,7 +80,7 @@ pub(super) fn verify_names(
                 "a part and its libraries know what they declare and import themselves".to_owned()
             }
         };
-        diagnostics.error(Diagnostic::new(code, span, message).help(help));
+        diagnostics.error(Diagnostic::new(code, span, message).about(&name).help(help));
     }
 }
 

@@ -51,7 +51,8 @@ impl<'a> CompilationFiles<'a> {
                         if first.source != ast.source {
                             let message = format!("two models are called `{}`", header.name.text);
                             let diagnostic =
-                                Diagnostic::new(Code::DuplicateName, header.name.span, message);
+                                Diagnostic::new(Code::DuplicateName, header.name.span, message)
+                                    .about(&header.name.text);
                             let place = first.model.as_ref().map(|header| header.name.span);
                             let first = place.unwrap_or(header.name.span);
                             diagnostics.error(diagnostic.label(first, "first here").help(

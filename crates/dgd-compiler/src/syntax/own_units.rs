@@ -139,7 +139,8 @@ fn declared_in(ast: &Ast, seen: &OwnUnits, diagnostics: &mut Diagnostics) -> Own
     }
     for (name, _) in waiting {
         let message = format!("the unit `{}` depends on itself", name.text);
-        diagnostics.error(Diagnostic::new(Code::CircularDefinition, name.span, message));
+        diagnostics
+            .error(Diagnostic::new(Code::CircularDefinition, name.span, message).about(&name.text));
     }
     OwnUnits::new(known.into_iter().map(|(symbol, (unit, _))| (symbol, unit)).collect())
 }
@@ -167,7 +168,9 @@ fn value_of<'n>(
     if parse_unit(&name.text).is_ok() {
         let message = format!("`{}` is a unit of the language", name.text);
         return wrong(
-            Diagnostic::new(Code::DuplicateName, name.span, message).help("choose another name"),
+            Diagnostic::new(Code::DuplicateName, name.span, message)
+                .about(&name.text)
+                .help("choose another name"),
         );
     }
     let ExprKind::Number { value, unit, .. } = &expr.kind else {
@@ -175,7 +178,7 @@ fn value_of<'n>(
     };
     if *value <= 0.0 {
         let message = "a unit must be above zero";
-        return wrong(Diagnostic::new(Code::SizeNotPositive, expr.span, message));
+        return wrong(Diagnostic::new(Code::SizeNotPositive, expr.span, message).about(&name.text));
     }
     let Some(written) = unit else {
         return UnitValue::Known(OwnUnit::from_unit(*value, &crate::units::Unit::one()));
@@ -208,6 +211,7 @@ fn take(
             let message = format!("the unit `{}` is declared twice", name.text);
             diagnostics.error(
                 Diagnostic::new(Code::DuplicateName, name.span, message)
+                    .about(&name.text)
                     .label(*place, "first here"),
             );
         }

@@ -82,6 +82,7 @@ fn columns(
             let message = format!("the file has no column `{}`", wanted.text);
             return Err(diagnostics.error(
                 Diagnostic::new(Code::InvalidTablePoints, place, message)
+                    .about(&wanted.text)
                     .label(wanted.span, "the table needs it")
                     .help(help),
             ));

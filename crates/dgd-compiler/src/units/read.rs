@@ -56,7 +56,7 @@ impl UnitError {
         if end.saturating_sub(start) == text.len() as u32 + 2 {
             self.locate_after(start + 1, brackets)
         } else {
-            Diagnostic::new(self.code(), brackets, self.to_string()).maybe_help(self.help())
+            self.diagnostic(brackets)
         }
     }
 
@@ -64,7 +64,18 @@ impl UnitError {
     fn locate_after(&self, text_start: u32, brackets: Span) -> Diagnostic {
         let place = |at: usize| (text_start + at as u32).min(brackets.end);
         let span = Span { start: place(self.range.start), end: place(self.range.end), ..brackets };
-        Diagnostic::new(self.code(), span, self.to_string()).maybe_help(self.help())
+        self.diagnostic(span)
+    }
+
+    fn diagnostic(&self, span: Span) -> Diagnostic {
+        let diagnostic = Diagnostic::new(self.code(), span, self.to_string());
+        let diagnostic = match &self.kind {
+            UnitErrorKind::Unknown { symbol, .. }
+            | UnitErrorKind::Logarithm { symbol }
+            | UnitErrorKind::Product { symbol, .. } => diagnostic.about(symbol),
+            UnitErrorKind::Malformed { .. } | UnitErrorKind::OutOfRange => diagnostic,
+        };
+        diagnostic.maybe_help(self.help())
     }
 
     fn code(&self) -> Code {

@@ -76,6 +76,7 @@ mod tests {
     use std::fmt::Write as _;
     use std::fs;
 
+    use dgd_compiler::argument::neutral;
     use dgd_compiler::diagnostics::render::entry;
 
     use super::*;
@@ -90,7 +91,7 @@ mod tests {
         fs::write(&path, bytes).expect("writable");
         let table = reading.read(&DiskFiles, &path, &mut sources, &mut diagnostics);
         let messages = diagnostics.sorted().into_iter().map(|diagnostic| {
-            let entry = entry(diagnostic, &sources);
+            let entry = entry(diagnostic, &sources, neutral);
             format!("{} {}; {}", entry.code, entry.message, entry.places[0].text)
         });
         let table = table.map_err(|_| messages.collect::<Vec<_>>())?;

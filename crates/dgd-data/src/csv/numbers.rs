@@ -78,6 +78,7 @@ fn digest(columns: &DataColumns) -> Sha256Digest {
 mod tests {
     use std::path::Path;
 
+    use dgd_compiler::argument::neutral;
     use dgd_compiler::diagnostics::render::entry;
 
     use super::*;
@@ -97,7 +98,7 @@ mod tests {
         let reading = ReadOptions::default().renamed(renames);
         let table = reading.read(&files, Path::new("data 1"), &mut sources, &mut diagnostics);
         let messages = diagnostics.sorted().into_iter().map(|diagnostic| {
-            let entry = entry(diagnostic, &sources);
+            let entry = entry(diagnostic, &sources, neutral);
             let place = &entry.places[0];
             assert_eq!(place.file, "data 1");
             let words = format!("{}; {}", entry.message, place.text);

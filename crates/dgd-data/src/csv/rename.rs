@@ -2,8 +2,9 @@
 
 use std::str::FromStr;
 
+use dgd_compiler::argument::Argument;
 use dgd_compiler::diagnostics::{Code, Diagnostic, Diagnostics, ErrorReported, suggestion};
-use dgd_compiler::source::{SourceMap, SourceText, Span};
+use dgd_compiler::source::{SourceMap, Span};
 
 use crate::csv::header::{ColumnRename, CsvHeader, parse, unit_at};
 use crate::csv::kept::ShownText;
@@ -42,7 +43,7 @@ impl Rename {
         let byte = |at: usize| u32::try_from(at).unwrap_or(u32::MAX);
         let (start, end) = (byte(self.column.len() + 1), byte(text.len()));
         // One source serves all files.
-        let source = sources.add_once(SourceText { name: "(--rename)".to_owned(), text });
+        let source = sources.add_argument_once(Argument::Rename, text);
         let place = Span { source, start, end };
         let parsed = parse(&self.name);
         if let Some(fault) = parsed.fault {

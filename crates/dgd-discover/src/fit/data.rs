@@ -1,5 +1,7 @@
 //! The recordings with which structures are compared.
 
+use std::fmt;
+
 use dgd_execute::LoadedSystem;
 use dgd_identify::Recording;
 use dgd_runtime::{Method, Options, System};
@@ -35,6 +37,24 @@ pub(crate) struct SearchData<'a> {
     pub keeping: WorkJournal<'a>,
 }
 
+/// Why a search ended before everything was tried.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum SearchEnd {
+    /// It was cancelled.
+    Stopped,
+    /// Its time had passed.
+    TimePassed,
+}
+
+impl fmt::Display for SearchEnd {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            SearchEnd::Stopped => "not tried: the search was stopped",
+            SearchEnd::TimePassed => "not tried: the time that the search was given had passed",
+        })
+    }
+}
+
 impl<'a> SearchData<'a> {
     /// How to integrate a structure.
     pub(crate) fn options_for(&self, system: &LoadedSystem) -> Options {
@@ -54,13 +74,8 @@ impl<'a> SearchData<'a> {
     }
 
     /// The reason to report for everything that was not tried after that.
-    pub(crate) fn not_tried(&self) -> String {
-        let why = if self.keeping.is_stopped() {
-            "the search was stopped"
-        } else {
-            "the time that the search was given had passed"
-        };
-        format!("not tried: {why}")
+    pub(crate) fn not_tried(&self) -> SearchEnd {
+        if self.keeping.is_stopped() { SearchEnd::Stopped } else { SearchEnd::TimePassed }
     }
 
     /// These data for fits that are not stored: keys identify a structure by the positions of its candidates, and do

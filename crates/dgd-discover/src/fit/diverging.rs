@@ -80,8 +80,7 @@ fn as_far_as_possible(
         Err(failure) => (*failure.partial, Some(failure.error)),
     };
     if solution.times.is_empty() {
-        let why = why.map_or_else(String::new, |error| error.to_string());
-        return Err(NoFit(format!("cannot be simulated: {why}")));
+        return Err(NoFit::NotSimulated(why));
     }
     let mut simulated = observe(&problem, &solution);
     let n_w = simulated.n_w;

@@ -1,22 +1,23 @@
 //! Structures with estimated parameters, and their misfit.
 
+use std::fmt;
 use std::sync::OnceLock;
 
 use dgd_identify::journal::{Journaled, kept};
 use dgd_identify::keep_by_fields;
 use dgd_identify::{
     EstimateError, Fit, NoiseCorrelation, NoiseSource, OutputErrorEvaluation, OutputErrorProblem,
-    ParameterEstimate, Recording, Starts, StoppingRule, counts_from, evaluate, fit,
+    ParameterEstimate, Recording, Starts, StoppingRule, TrialFailed, counts_from, evaluate, fit,
 };
 use dgd_runtime::signature::Parameter;
-use dgd_runtime::{Observations, Signature, System};
+use dgd_runtime::{IntegrateError, Observations, Signature, System};
 
-use super::data::SearchData;
+use super::data::{SearchData, SearchEnd};
 use super::moments::{MovingMoments, cross, relocate_onsets, with_found_starts};
 use super::patience::{cannot_begin, is_cut_short, too_many_steps};
 use super::residuals::{runs_away, whitened_square};
 use super::start_point::StartPoint;
-use crate::library::{CarriedValues, ModelStructure};
+use crate::library::{CarriedValues, ModelStructure, StructureError};
 use dgd_screen::noise::SensorNoise;
 
 /// A fitted structure with its simulations of the data.
@@ -56,9 +57,60 @@ struct StoredFit {
     is_cut_short: bool,
 }
 
-/// Why a structure could not be fitted.
+/// Why a structure has no fit.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) enum NoFit {
+    /// It is not a valid model.
+    Invalid(StructureError),
+    /// Its effect does not give a valid model.
+    NotApplied(StructureError),
+    /// No fit could begin.
+    Failed(FitFailure),
+    /// The fitted model could not be simulated again.
+    NotEvaluated(TrialFailed),
+    /// No recording could be begun.
+    NotSimulated(Option<IntegrateError>),
+    /// The search ended before.
+    NotTried(SearchEnd),
+    /// The base model was not fitted.
+    NeverFitted,
+}
+
+/// Why the first fit of a structure failed, as the journal keeps it.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub(crate) struct NoFit(pub String);
+pub(crate) enum FitFailure {
+    /// Its first simulation takes too many steps.
+    TooManySteps,
+    /// The estimator failed, with its message.
+    Estimate(String),
+}
+
+impl NoFit {
+    /// Whether its simulations take too many steps.
+    pub(crate) fn is_too_long(&self) -> bool {
+        matches!(self, NoFit::Failed(FitFailure::TooManySteps))
+    }
+}
+
+impl fmt::Display for NoFit {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            NoFit::Invalid(error) => error.fmt(f),
+            NoFit::NotApplied(error) => write!(f, "cannot be applied: {error}"),
+            NoFit::Failed(FitFailure::TooManySteps) => {
+                write!(f, "cannot be fitted: {}", too_many_steps())
+            }
+            NoFit::Failed(FitFailure::Estimate(reason)) => {
+                write!(f, "cannot be fitted: {reason}")
+            }
+            NoFit::NotEvaluated(error) => error.fmt(f),
+            NoFit::NotSimulated(Some(error)) => write!(f, "cannot be simulated: {error}"),
+            NoFit::NotSimulated(None) => f.write_str("cannot be simulated"),
+            NoFit::NotTried(end) => end.fmt(f),
+            NoFit::NeverFitted => f.write_str("it was never fitted"),
+        }
+    }
+}
 
 /// Difference of criteria that is "very strong" evidence (Kass & Raftery, J. Am. Stat. Assoc. 90 (1995) 773).
 pub(crate) const VERY_STRONG: f64 = 10.0;
@@ -97,13 +149,14 @@ impl FittedStructure {
         });
         let ended = kept(data.keeping.journal, key, || {
             StoredFit::new(&structure, from, points, data, evaluations)
-        })?;
+        })
+        .map_err(NoFit::Failed)?;
         let StoredFit { p, starts, estimates, moments, is_converged, is_cut_short } = ended;
         let values = CarriedValues::collect(&structure.system, &p, &starts);
         let recordings = with_starts(data.train, from, &structure);
         let problem = problem(&structure, &p, &recordings, data, evaluations);
         let OutputErrorEvaluation { observations: train, .. } =
-            evaluate(&problem, &p, &starts).map_err(|error| NoFit(error.to_string()))?;
+            evaluate(&problem, &p, &starts).map_err(NoFit::NotEvaluated)?;
         let (error, valid) = ((0.0, 0), None);
         let (cancelling, foreseen) = (OnceLock::new(), OnceLock::new());
         let mut fitted = FittedStructure {
@@ -224,7 +277,7 @@ impl StoredFit {
         points: &[StartPoint],
         data: &SearchData<'_>,
         evaluations: usize,
-    ) -> Result<StoredFit, NoFit> {
+    ) -> Result<StoredFit, FitFailure> {
         let system = &structure.system;
         let signature = system.signature();
         let of_the_file = CarriedValues::default();
@@ -266,14 +319,16 @@ impl StoredFit {
                 }
                 Ok(_) => {}
                 Err(error) => {
-                    let is_too_long = cannot_begin(&error);
-                    let why = if is_too_long { too_many_steps() } else { error.to_string() };
-                    failure.get_or_insert(why);
+                    failure.get_or_insert(if cannot_begin(&error) {
+                        FitFailure::TooManySteps
+                    } else {
+                        FitFailure::Estimate(error.to_string())
+                    });
                 }
             }
         }
         let Some((fit, moments)) = best else {
-            return Err(NoFit(format!("cannot be fitted: {}", failure.unwrap_or_default())));
+            return Err(failure.unwrap_or_else(|| FitFailure::Estimate(String::new())));
         };
         let estimates = moments.estimates(system, &fit);
         let (is_converged, is_cut_short) = (fit.termination.is_converged(), is_cut_short(&fit));
@@ -285,13 +340,18 @@ impl StoredFit {
 
 keep_by_fields!(StoredFit { p, starts, estimates, moments, is_converged, is_cut_short });
 
-impl Journaled for NoFit {
+impl Journaled for FitFailure {
     fn write(&self, bytes: &mut Vec<u8>) {
-        self.0.write(bytes);
+        let reason = match self {
+            FitFailure::TooManySteps => None,
+            FitFailure::Estimate(reason) => Some(reason.clone()),
+        };
+        reason.write(bytes);
     }
 
     fn read(bytes: &mut &[u8]) -> Option<Self> {
-        Some(Self(Journaled::read(bytes)?))
+        let reason: Option<String> = Journaled::read(bytes)?;
+        Some(reason.map_or(FitFailure::TooManySteps, FitFailure::Estimate))
     }
 }
 

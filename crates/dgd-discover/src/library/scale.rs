@@ -293,7 +293,8 @@ impl<'m> NoiseGrowth<'m> {
         if !model.densities.iter().any(is_computed) {
             return Ok(spread);
         }
-        let structure = base.structure(&[], StructureId::BASE).map_err(|refused| refused.0)?;
+        let structure =
+            base.structure(&[], StructureId::BASE).map_err(|refused| refused.to_string())?;
         let parameters = structure.system.signature().parameters.iter();
         let p: Vec<f64> = parameters.map(|parameter| parameter.value).collect();
         let starts: Vec<_> = train.iter().map(|recording| recording.start.clone()).collect();

@@ -1,9 +1,10 @@
 //! A model with some candidates spliced in, compiled, with values.
 
 use std::collections::{BTreeMap, BTreeSet};
+use std::fmt;
 
 use dgd_compiler::dae::{Dae, assemble};
-use dgd_compiler::diagnostics::Diagnostics;
+use dgd_compiler::diagnostics::{Diagnostic, Diagnostics};
 use dgd_compiler::effects::{
     AddedItems, EffectApplication, EffectBlending, ModelWithEffects, apply,
 };
@@ -62,9 +63,12 @@ pub(crate) struct ModelStructure {
     pub system: LoadedSystem,
 }
 
-/// Why a structure cannot be built: its first error.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub(crate) struct StructureError(pub String);
+/// Why a structure cannot be built.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct StructureError {
+    /// Its first error.
+    first: Option<Box<Diagnostic>>,
+}
 
 impl BaseModel {
     /// The model with candidates applied, ready to be fitted.
@@ -123,7 +127,7 @@ impl BaseModel {
             });
         let with_it = match resolved {
             Ok(with_it) => with_it,
-            Err(StructureError(reason)) => return Some(format!("cannot be applied: {reason}")),
+            Err(error) => return Some(format!("cannot be applied: {error}")),
         };
         let is_known = |name: &String| model.inputs.iter().any(|own| own.declared.name == *name);
         let names = with_it.inputs.iter().map(|input| &input.declared.name);
@@ -193,8 +197,14 @@ impl ModelStructure {
 
 impl StructureError {
     pub(super) fn from_diagnostics(diagnostics: &Diagnostics) -> StructureError {
-        let first = diagnostics.sorted().first().map(|diagnostic| diagnostic.message.clone());
-        StructureError(first.unwrap_or_default())
+        let first = diagnostics.sorted().first().map(|&first| Box::new(first.clone()));
+        StructureError { first }
+    }
+}
+
+impl fmt::Display for StructureError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(self.first.as_ref().map_or("", |first| &first.message))
     }
 }
 

@@ -163,7 +163,7 @@ pub(crate) fn ranking_of(search: &EffectSearch<'_>) -> Vec<RankedStructure> {
         note: search.note(structure),
     });
     let failed = search.tried.iter().filter_map(|(structure, fitted)| {
-        let NoFit(reason) = fitted.as_ref().err()?;
+        let reason = fitted.as_ref().err()?;
         // A template that does not fit is not worth reporting.
         if structure.effects().all(|c| search.candidates[c].is_generic) {
             return None;
@@ -173,7 +173,7 @@ pub(crate) fn ranking_of(search: &EffectSearch<'_>) -> Vec<RankedStructure> {
             train: f64::NAN,
             valid: None,
             bic: f64::NAN,
-            note: reason.clone(),
+            note: reason.to_string(),
         })
     });
     fitted.chain(failed).collect()
@@ -223,9 +223,9 @@ pub(crate) fn not_tried(
                 format!("does what `{}` does", search.called(*known))
             });
         }
-        if let Some(Err(NoFit(reason))) = search.tried.get(&StructureId::one(c)) {
+        if let Some(Err(reason)) = search.tried.get(&StructureId::one(c)) {
             // Candidates of the library are in the ranking with the reason.
-            return search.candidates[c].is_generic.then(|| reason.clone());
+            return search.candidates[c].is_generic.then(|| reason.to_string());
         }
         match silent.get(&c) {
             Some(SilentCandidate { remedy: ScoreRemedy::ScoreIsZero, .. }) => None,
@@ -249,7 +249,7 @@ pub(crate) fn given_up(search: &EffectSearch<'_>) -> Option<(Vec<String>, String
     let reason = too_many_steps();
     let is_given_up = |fit: &Result<FittedStructure, NoFit>| match fit {
         Ok(fitted) => fitted.is_cut_short,
-        Err(NoFit(why)) => why.ends_with(&reason),
+        Err(reason) => reason.is_too_long(),
     };
     let given_up = search.tried.iter().filter(|(_, fit)| is_given_up(fit)).filter_map(
         |(structure, _)| match (structure.len(), structure.effects().next()) {

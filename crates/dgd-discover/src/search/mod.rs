@@ -157,8 +157,8 @@ impl EffectSearch<'_> {
     fn refuse(&mut self) {
         let range = self.range(self.open);
         for (candidate, refused) in self.base.refused(self.candidates, range, self.threads) {
-            let reason = format!("cannot be applied: {}", refused.0);
-            self.tried.insert(StructureId::one(candidate), Err(NoFit(reason)));
+            let refused = NoFit::NotApplied(refused);
+            self.tried.insert(StructureId::one(candidate), Err(refused));
         }
     }
 

@@ -6,7 +6,7 @@ use super::screen::CandidateScore;
 use super::thresholds::Thresholds;
 use super::tried::{EffectSearch, OpenCandidates};
 use crate::fit::{FittedStructure, NoFit, SearchData, StartPoint, chi_square, whitened};
-use crate::library::{CarriedValues, StructureError, StructureId};
+use crate::library::{CarriedValues, StructureId};
 use crate::noise::{coloured_noise, noise_of, steadiness};
 use dgd_screen::noise::SensorNoise;
 
@@ -16,8 +16,8 @@ const AGAIN: usize = 10;
 impl EffectSearch<'_> {
     /// Fits the base model, twice if necessary: its residuals give a better noise estimate.
     pub(crate) fn fit_base(&mut self, start: &CarriedValues) -> Result<(), NoFit> {
-        let refused = |refused: StructureError| NoFit(refused.0);
-        let structure = self.base.structure(self.candidates, StructureId::BASE).map_err(refused)?;
+        let structure = self.base.structure(self.candidates, StructureId::BASE);
+        let structure = structure.map_err(NoFit::Invalid)?;
         let keeping = self.data.keeping;
         let count = keeping.count("fits of the model as it is", 2);
         let fitted = FittedStructure::new(

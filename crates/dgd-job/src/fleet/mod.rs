@@ -24,6 +24,7 @@ use crate::identity::BuildIdentity;
 use crate::job::{Job, JobError};
 use crate::name::PieceKeys;
 use crate::store::{FleetStore, PieceState};
+use crate::syntax::OptionSyntax;
 use changes::ParameterChange;
 use first::TriageReason;
 use lacks::AssetLack;
@@ -82,8 +83,13 @@ impl AssetResults {
 /// # Errors
 ///
 /// The results cannot be listed.
-pub fn collect(job: &Job, store: &FleetStore, identity: &BuildIdentity) -> Result<Fleet, JobError> {
-    let names = PieceKeys::new(&job.folder, identity);
+pub fn collect(
+    job: &Job,
+    store: &FleetStore,
+    identity: &BuildIdentity,
+    syntax: OptionSyntax,
+) -> Result<Fleet, JobError> {
+    let names = PieceKeys::new(&job.folder, identity, syntax);
     let there = store.all()?;
     let mut counts = FleetCounts { pieces: job.len(), ..FleetCounts::default() };
     let mut parameters: Vec<(String, String)> = Vec::new();

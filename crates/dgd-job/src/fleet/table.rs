@@ -99,7 +99,7 @@ pub(super) fn text(fleet: &Fleet) -> String {
         let _ = writeln!(text, "  {}: {}", fleet.wells[*w].name, reason.words());
     }
     if let Some(more @ 1..) = fleet.first.len().checked_sub(MOST_TOLD) {
-        let _ = writeln!(text, "  and {more} more, which `-o DIR` lists");
+        let _ = writeln!(text, "  and {more} more, which the files of the report list");
     }
     text
 }

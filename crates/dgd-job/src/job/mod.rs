@@ -18,15 +18,16 @@
 //!
 //! Pieces are numbered in the order of the file: by well, within a well by occasion.
 
+mod error;
 mod read;
 mod unique;
 
-use std::error::Error;
-use std::fmt;
 use std::path::{Path, PathBuf};
 
 use crate::piece::{Piece, PieceKind};
+use crate::syntax::OptionSyntax;
 
+pub use error::{ExpectedValue, JobError, JobMistake};
 pub use read::bytes;
 
 /// A job.
@@ -87,29 +88,18 @@ pub struct Period {
     pub options: Vec<String>,
 }
 
-/// A mistake in a job file: one sentence with its place.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct JobError(pub String);
-
-impl fmt::Display for JobError {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(&self.0)
-    }
-}
-
-impl Error for JobError {}
-
 impl Job {
     /// Reads a job file.
     ///
     /// # Errors
     ///
     /// It cannot be read, or is invalid.
-    pub fn load(path: &Path) -> Result<Job, JobError> {
-        let error_of = |what: String| JobError(format!("`{}`: {what}", path.display()));
-        let text = std::fs::read_to_string(path).map_err(|error| error_of(error.to_string()))?;
+    pub fn load(path: &Path, syntax: OptionSyntax) -> Result<Job, JobError> {
+        let text = std::fs::read_to_string(path)
+            .map_err(|error| JobError::Unreadable { path: path.to_owned(), error })?;
         let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty());
-        Job::read(&text, folder.unwrap_or(Path::new("."))).map_err(error_of)
+        Job::read(&text, folder.unwrap_or(Path::new(".")), syntax)
+            .map_err(|mistake| JobError::Invalid { path: path.to_owned(), mistake })
     }
 
     /// Reads the text of a job file in this folder.
@@ -117,8 +107,8 @@ impl Job {
     /// # Errors
     ///
     /// A mistake, with its place.
-    pub fn read(text: &str, folder: &Path) -> Result<Job, String> {
-        let mut job = read::job(text, folder)?;
+    pub fn read(text: &str, folder: &Path, syntax: OptionSyntax) -> Result<Job, JobMistake> {
+        let mut job = read::job(text, folder, syntax)?;
         let each = job.each();
         let mut next = 0;
         job.begins.push(next);
@@ -188,20 +178,21 @@ impl Job {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::syntax::tests::PLUS;
 
-    fn read(text: &str) -> Result<Job, String> {
-        Job::read(text, Path::new("there"))
+    fn read(text: &str) -> Result<Job, JobMistake> {
+        Job::read(text, Path::new("there"), PLUS)
     }
 
     const JOB: &str = r#"{
-        "model": "m.dgd", "options": ["--rtol", "1e-7"], "seed": 5, "threads": 2, "memory": "1.5 GB",
-        "do": ["fit", { "kind": "starts", "count": 3, "options": ["--loss", "huber"] },
+        "model": "m.dgd", "options": ["+rtol", "1e-7"], "seed": 5, "threads": 2, "memory": "1.5 GB",
+        "do": ["fit", { "kind": "starts", "count": 3, "options": ["+loss", "huber"] },
                { "kind": "replicates", "count": 25, "each": 10 }, { "kind": "profile", "of": ["a", "b"] }, "discover"],
         "wells": {
             "one": "one.csv",
             "two": [{ "when": "2024", "data": ["a.csv", "b.csv"], "valid": "c.csv" }, "d/e.csv"],
-            "three": { "model": "n.dgd", "options": ["--set", "c=1"],
-                       "recordings": [{ "data": "f.csv", "options": ["--until", "9"] }] }
+            "three": { "model": "n.dgd", "options": ["+set", "c=1"],
+                       "recordings": [{ "data": "f.csv", "options": ["+until", "9"] }] }
         }
     }"#;
 
@@ -219,16 +210,16 @@ mod tests {
         assert_eq!(texts[18], "two 2024 profile of `b`");
         assert_eq!(texts[29], "two e discover");
         assert_eq!(texts[39], "three f discover");
-        let command = |index: usize| job.piece(index).expect("a piece").command();
-        assert_eq!(command(0), "dgd fit m.dgd --data one.csv --rtol 1e-7 --seed 5");
+        let command = |index: usize| job.piece(index).expect("a piece").command(PLUS);
+        assert_eq!(command(0), "dgd fit m.dgd +data one.csv +rtol 1e-7 +seed 5");
         assert_eq!(
             command(11),
-            "dgd fit m.dgd --data a.csv --data b.csv --valid c.csv --rtol 1e-7 --loss huber --starts 3 \
-             --start-point 0 --seed 5"
+            "dgd fit m.dgd +data a.csv +data b.csv +valid c.csv +rtol 1e-7 +loss huber +starts 3 \
+             +start-point 0 +seed 5"
         );
         assert_eq!(
             command(39),
-            "dgd discover n.dgd --data f.csv --rtol 1e-7 --set c=1 --until 9 --seed 5"
+            "dgd discover n.dgd +data f.csv +rtol 1e-7 +set c=1 +until 9 +seed 5"
         );
         assert_eq!((job.first(1, 1), job.first(2, 0)), (20, 30));
         assert_eq!(job.piece(40), None);
@@ -279,17 +270,18 @@ mod tests {
                 vec!["`threads`"],
             ),
             (
-                &format!(r#"{{ "model": "m", "do": ["fit"], "options": "--rtol 1", {wells} }}"#),
+                &format!(r#"{{ "model": "m", "do": ["fit"], "options": "+rtol 1", {wells} }}"#),
                 vec!["`options`", "list"],
             ),
             (
                 &format!(
-                    r#"{{ "model": "m", "do": ["fit"], "options": ["--data", "x"], {wells} }}"#
+                    r#"{{ "model": "m", "do": ["fit"], "options": ["+data", "x"], {wells} }}"#
                 ),
-                vec!["`options`", "`--data`", "`wells`"],
+                vec!["`options`", "`+data`", "`wells`"],
             ),
         ] {
-            let message = read(text).expect_err(text);
+            let mistake = read(text).expect_err(text);
+            let message = mistake.sentence().spelled(PLUS.spelling);
             for part in parts {
                 assert!(message.contains(part), "no {part} in {message}");
             }

@@ -3,58 +3,62 @@
 use std::collections::BTreeSet;
 use std::path::Path;
 
-use dgd_work::meant;
+use dgd_work::{Argument, Sentence, sentence};
 use serde_json::{Map, Value};
 
 use super::unique::UniqueKeys;
-use super::{Asset, Job, Period, PeriodTask};
+use super::{Asset, ExpectedValue, Job, JobMistake, Period, PeriodTask};
 use crate::piece::PieceKind;
+use crate::syntax::OptionSyntax;
 
-/// Options that a job file has its own keys for, with a hint to the key.
-const ELSEWHERE: [(&str, &str); 14] = [
-    ("--data", "recordings stand under `wells`"),
-    ("--valid", "recordings stand under `wells`, as `valid`"),
-    ("--seed", "the job has `seed`"),
-    ("--threads", "the job has `threads`"),
-    ("--memory", "the job has `memory`"),
-    ("--scratch", "the folder is the machine's, by `TMPDIR`"),
-    ("--starts", "`do` takes { \"kind\": \"starts\", \"count\": 20 }"),
-    ("--start-point", "`do` takes { \"kind\": \"starts\", \"count\": 20 }"),
-    ("--bootstrap", "`do` takes { \"kind\": \"replicates\", \"count\": 200 }"),
-    ("--bootstrap-from", "`do` takes { \"kind\": \"replicates\", \"count\": 200 }"),
-    ("--out", "results go to the folder of `--into`"),
-    ("-o", "results go to the folder of `--into`"),
-    ("--plot", "`dgd job report` draws the results"),
-    ("--resume", "pieces that have a result are not done again"),
-];
+/// What to give instead of an option that a job file has its own key for.
+fn own_key(option: Argument) -> Option<Sentence> {
+    Some(match option {
+        Argument::Data => "recordings stand under `wells`".into(),
+        Argument::Valid => "recordings stand under `wells`, as `valid`".into(),
+        Argument::Seed => "the job has `seed`".into(),
+        Argument::Threads => "the job has `threads`".into(),
+        Argument::Memory => "the job has `memory`".into(),
+        Argument::Scratch => "the folder is the machine's, by `TMPDIR`".into(),
+        Argument::Starts | Argument::StartPoint => {
+            "`do` takes { \"kind\": \"starts\", \"count\": 20 }".into()
+        }
+        Argument::Bootstrap | Argument::BootstrapFrom => {
+            "`do` takes { \"kind\": \"replicates\", \"count\": 200 }".into()
+        }
+        Argument::Out => sentence!["results go to the folder of ", Argument::Into],
+        Argument::Plot => "reports draw the results".into(),
+        Argument::Resume => "pieces that have a result are not done again".into(),
+        _ => return None,
+    })
+}
 
-pub(super) fn job(text: &str, folder: &Path) -> Result<Job, String> {
-    let UniqueKeys(value) = serde_json::from_str(text).map_err(|error| error.to_string())?;
+pub(super) fn job(text: &str, folder: &Path, syntax: OptionSyntax) -> Result<Job, JobMistake> {
+    let UniqueKeys(value) = serde_json::from_str(text).map_err(JobMistake::NotJson)?;
     let known = ["model", "options", "seed", "threads", "memory", "do", "wells"];
-    let document = object(&value, "the file", &known)?;
+    let document = object(&value, "", &known)?;
     let model = document.get("model").map(|model| string(model, "model")).transpose()?;
     let Some(todo) = document.get("do") else {
-        return Err(
-            "`do` is missing, what is done with each recording, as in \"do\": [\"fit\"]".to_owned()
-        );
+        return Err(JobMistake::NoTask);
     };
-    let todo = items(todo).iter().enumerate().map(|(k, one)| done(one, &format!("do[{k}]")));
-    let todo = todo.collect::<Result<Vec<PeriodTask>, String>>()?;
+    let todo =
+        items(todo).iter().enumerate().map(|(k, one)| done(one, &format!("do[{k}]"), syntax));
+    let todo = todo.collect::<Result<Vec<PeriodTask>, JobMistake>>()?;
     let Some(Value::Object(wells)) =
         document.get("wells").filter(|wells| wells.as_object().is_some_and(|w| !w.is_empty()))
     else {
-        return Err("`wells` are missing, as in \"wells\": { \"A-1\": \"a1.csv\" }".to_owned());
+        return Err(JobMistake::NoAssets);
     };
-    let wells = wells.iter().map(|(name, value)| well(name, value));
-    let wells = wells.collect::<Result<Vec<Asset>, String>>()?;
+    let wells = wells.iter().map(|(name, value)| well(name, value, syntax));
+    let wells = wells.collect::<Result<Vec<Asset>, JobMistake>>()?;
     let lost = wells.iter().find(|well| model.is_none() && well.model.is_none());
     if let Some(well) = lost {
-        return Err(format!("there is no model for `wells.{}`: give the job a `model`", well.name));
+        return Err(JobMistake::NoModel(well.name.clone()));
     }
     Ok(Job {
         folder: folder.to_owned(),
         model: model.unwrap_or_default(),
-        options: options(document, "options")?,
+        options: options(document, "options", syntax)?,
         seed: document.get("seed").map_or(Ok(0), |seed| number(seed, "seed", 0))?,
         threads: document.get("threads").map_or(Ok(1), |threads| number(threads, "threads", 1))?
             as usize,
@@ -66,13 +70,14 @@ pub(super) fn job(text: &str, folder: &Path) -> Result<Job, String> {
 }
 
 /// The task for each occasion.
-fn done(value: &Value, place: &str) -> Result<PeriodTask, String> {
+fn done(value: &Value, place: &str, syntax: OptionSyntax) -> Result<PeriodTask, JobMistake> {
     if let Some(kind) = value.as_str() {
         let kinds = match kind {
             "fit" => vec![PieceKind::Fit],
             "discover" => vec![PieceKind::Discover],
             "starts" | "replicates" | "profile" => {
-                return Err(format!("`{place}`: `{kind}` is written as {}", example(kind)));
+                let (place, kind) = (place.to_owned(), kind.to_owned());
+                return Err(JobMistake::ShortTask { place, kind });
             }
             other => return Err(unknown(place, other)),
         };
@@ -80,12 +85,15 @@ fn done(value: &Value, place: &str) -> Result<PeriodTask, String> {
     }
     let fields = object(value, place, &["kind", "count", "each", "of", "options"])?;
     let Some(kind) = fields.get("kind").and_then(Value::as_str) else {
-        return Err(format!("`{place}` has no `kind`, as in {}", example("starts")));
+        return Err(JobMistake::NoKind(place.to_owned()));
     };
     let key = |key: &str| format!("{place}.{key}");
     let needed = |name: &str| {
-        let needs = || format!("`{place}` has no `{name}`, as in {}", example(kind));
-        fields.get(name).ok_or_else(needs)
+        fields.get(name).ok_or_else(|| JobMistake::LacksKey {
+            place: place.to_owned(),
+            key: name.to_owned(),
+            kind: kind.to_owned(),
+        })
     };
     let takes: &[&str] = match kind {
         "starts" => &["count"],
@@ -97,7 +105,11 @@ fn done(value: &Value, place: &str) -> Result<PeriodTask, String> {
     if let Some(other) =
         fields.keys().find(|k| !takes.contains(&k.as_str()) && !taken.contains(&k.as_str()))
     {
-        return Err(format!("`{place}`: `{kind}` takes no `{other}`"));
+        return Err(JobMistake::ExtraKey {
+            place: place.to_owned(),
+            kind: kind.to_owned(),
+            key: other.clone(),
+        });
     }
     let kinds = match kind {
         "fit" => vec![PieceKind::Fit],
@@ -105,8 +117,7 @@ fn done(value: &Value, place: &str) -> Result<PeriodTask, String> {
         "starts" => {
             let points = number(needed("count")?, &key("count"), 1)?;
             let points = u32::try_from(points).ok().filter(|points| *points <= 100_000);
-            let points =
-                points.ok_or_else(|| format!("`{}`: at most 100000 points", key("count")))?;
+            let points = points.ok_or_else(|| JobMistake::TooManyPoints(key("count")))?;
             (0..points).map(|number| PieceKind::Start { number, of: points }).collect()
         }
         "replicates" => {
@@ -124,62 +135,47 @@ fn done(value: &Value, place: &str) -> Result<PeriodTask, String> {
         }
         other => return Err(unknown(place, other)),
     };
-    Ok(PeriodTask { kinds, options: options(fields, &key("options"))? })
+    Ok(PeriodTask { kinds, options: options(fields, &key("options"), syntax)? })
 }
 
-fn unknown(place: &str, kind: &str) -> String {
-    let help = meant(kind, &["fit", "starts", "replicates", "profile", "discover"]);
-    format!("`{place}`: nothing is called `{kind}`; {help}")
+fn unknown(place: &str, kind: &str) -> JobMistake {
+    JobMistake::UnknownKind { place: place.to_owned(), kind: kind.to_owned() }
 }
 
-/// The notation of a kind of task.
-fn example(kind: &str) -> &'static str {
-    match kind {
-        "replicates" => r#"{ "kind": "replicates", "count": 200, "each": 20 }"#,
-        "profile" => r#"{ "kind": "profile", "of": ["c0", "c2"] }"#,
-        _ => r#"{ "kind": "starts", "count": 20 }"#,
-    }
-}
-
-fn well(name: &str, value: &Value) -> Result<Asset, String> {
+fn well(name: &str, value: &Value, syntax: OptionSyntax) -> Result<Asset, JobMistake> {
     let place = format!("wells.{name}");
     let (model, own, recordings) = match value {
         Value::Object(all) if all.contains_key("recordings") => {
             let fields = object(value, &place, &["model", "options", "recordings"])?;
             let model = fields.get("model").map(|model| string(model, &format!("{place}.model")));
-            let own_options = options(fields, &format!("{place}.options"))?;
+            let own_options = options(fields, &format!("{place}.options"), syntax)?;
             (model.transpose()?, own_options, &fields["recordings"])
         }
         other => (None, Vec::new(), other),
     };
     let occasions = items(recordings).iter().enumerate();
     let occasions = occasions.map(|(k, one)| match recordings {
-        Value::Array(_) => occasion(one, &format!("{place}[{k}]")),
-        _ => occasion(one, &place),
+        Value::Array(_) => occasion(one, &format!("{place}[{k}]"), syntax),
+        _ => occasion(one, &place, syntax),
     });
-    let occasions = occasions.collect::<Result<Vec<Period>, String>>()?;
+    let occasions = occasions.collect::<Result<Vec<Period>, JobMistake>>()?;
     if occasions.is_empty() {
-        return Err(format!("`{place}` has no recordings"));
+        return Err(JobMistake::NoRecordings(place));
     }
     let mut dates = BTreeSet::new();
     if let Some(twice) = occasions.iter().find(|one| !dates.insert(&one.when)) {
-        return Err(format!(
-            "`{place}` has recordings of `{}` twice: tell them apart, as in {{ \"when\": \"2024-03\", \"data\": \"…\" }}",
-            twice.when
-        ));
+        return Err(JobMistake::SameDate { place, when: twice.when.clone() });
     }
     Ok(Asset { name: name.to_owned(), model, options: own, occasions })
 }
 
-fn occasion(value: &Value, place: &str) -> Result<Period, String> {
+fn occasion(value: &Value, place: &str, syntax: OptionSyntax) -> Result<Period, JobMistake> {
     if let Some(file) = value.as_str() {
         let data = vec![file.to_owned()];
         return Ok(Period { when: stem(file), data, valid: Vec::new(), options: Vec::new() });
     }
     if !value.is_object() {
-        return Err(format!(
-            "`{place}` is {value}; a recording is a file, or {{ \"data\": \"a.csv\" }}"
-        ));
+        return Err(wrong_type(place, value, ExpectedValue::Recording));
     }
     let fields = object(value, place, &["when", "data", "valid", "options"])?;
     let files = |name: &str| {
@@ -188,14 +184,14 @@ fn occasion(value: &Value, place: &str) -> Result<Period, String> {
     };
     let data = files("data")?;
     let Some(first) = data.first() else {
-        return Err(format!("`{place}` has no `data`"));
+        return Err(JobMistake::NoData(place.to_owned()));
     };
     let when = match fields.get("when") {
         Some(Value::Number(number)) => number.to_string(),
         Some(when) => string(when, &format!("{place}.when"))?,
         None => stem(first),
     };
-    let own_options = options(fields, &format!("{place}.options"))?;
+    let own_options = options(fields, &format!("{place}.options"), syntax)?;
     Ok(Period { when, valid: files("valid")?, data, options: own_options })
 }
 
@@ -209,15 +205,20 @@ fn object<'a>(
     value: &'a Value,
     place: &str,
     known: &[&str],
-) -> Result<&'a Map<String, Value>, String> {
+) -> Result<&'a Map<String, Value>, JobMistake> {
     let Some(all) = value.as_object() else {
-        return Err(format!("`{place}` is {value}, where an object was expected"));
+        return Err(wrong_type(place, value, ExpectedValue::Object));
     };
     if let Some(other) = all.keys().find(|key| !known.contains(&key.as_str())) {
-        let path = if place == "the file" { other.clone() } else { format!("{place}.{other}") };
-        return Err(format!("`{path}`: there is no such key; {}", meant(other, known)));
+        let known = known.iter().map(|&key| key.to_owned()).collect();
+        return Err(JobMistake::UnknownKey { place: place.to_owned(), key: other.clone(), known });
     }
     Ok(all)
+}
+
+fn wrong_type(place: &str, value: &Value, expected: ExpectedValue) -> JobMistake {
+    let place = if place.is_empty() { "the file" } else { place };
+    JobMistake::WrongType { place: place.to_owned(), value: value.clone(), expected }
 }
 
 /// The items of a list, or the one value itself.
@@ -225,44 +226,44 @@ fn items(value: &Value) -> &[Value] {
     value.as_array().map_or(std::slice::from_ref(value), Vec::as_slice)
 }
 
-fn string(value: &Value, place: &str) -> Result<String, String> {
+fn string(value: &Value, place: &str) -> Result<String, JobMistake> {
     let text = value.as_str().filter(|text| !text.is_empty());
-    text.map(str::to_owned)
-        .ok_or_else(|| format!("`{place}` is {value}, where a text was expected"))
+    text.map(str::to_owned).ok_or_else(|| wrong_type(place, value, ExpectedValue::Text))
 }
 
 /// A list of texts, or a single one.
-fn strings(value: &Value, place: &str) -> Result<Vec<String>, String> {
+fn strings(value: &Value, place: &str) -> Result<Vec<String>, JobMistake> {
     items(value).iter().map(|item| string(item, place)).collect()
 }
 
-fn options(all: &Map<String, Value>, place: &str) -> Result<Vec<String>, String> {
+fn options(
+    all: &Map<String, Value>,
+    place: &str,
+    syntax: OptionSyntax,
+) -> Result<Vec<String>, JobMistake> {
     let Some(value) = all.get("options") else { return Ok(Vec::new()) };
     if !value.is_array() {
-        return Err(format!(
-            "`{place}` is {value}, where a list of words was expected, as in [\"--free\", \"c0,c2\"]"
-        ));
+        let example = (syntax.words)(&Argument::Free.with("c0,c2"));
+        return Err(wrong_type(place, value, ExpectedValue::Words(example)));
     }
     let words = strings(value, place)?;
     for word in &words {
-        let option = word.split('=').next().unwrap_or(word);
-        if let Some((_, instead)) = ELSEWHERE.iter().find(|(known, _)| *known == option) {
-            return Err(format!("`{place}` has `{option}`: {instead}"));
+        let option = (syntax.read)(word).map(|(option, _)| option);
+        if let Some((option, instead)) = option.and_then(|o| Some((o, own_key(o)?))) {
+            return Err(JobMistake::OwnKey { place: place.to_owned(), option, instead });
         }
     }
     Ok(words)
 }
 
-fn number(value: &Value, place: &str, least: u64) -> Result<u64, String> {
+fn number(value: &Value, place: &str, least: u64) -> Result<u64, JobMistake> {
     let number = value.as_u64().filter(|number| *number >= least);
-    number.ok_or_else(|| {
-        format!("`{place}` is {value}, where a whole number from {least} on was expected")
-    })
+    number.ok_or_else(|| wrong_type(place, value, ExpectedValue::Whole(least)))
 }
 
-fn memory(value: &Value) -> Result<u64, String> {
-    let wrong = || format!("`memory` is {value}, where a size was expected, as in \"2 GB\"");
-    value.as_str().and_then(bytes).ok_or_else(wrong)
+fn memory(value: &Value) -> Result<u64, JobMistake> {
+    let size = value.as_str().and_then(bytes);
+    size.ok_or_else(|| wrong_type("memory", value, ExpectedValue::Size))
 }
 
 /// A size as usually written: `2 GB`, `500MB`, `1.5 GiB`.

@@ -15,17 +15,13 @@ pub(super) struct SharedFolder {
     pub(super) folder: PathBuf,
 }
 
-fn refused(error: &WriteError) -> JobError {
-    JobError(error.to_string())
-}
-
 impl SharedFolder {
     /// Reads a file that may be absent.
     fn found<T>(&self, key: &str, read: io::Result<T>) -> Result<Option<T>, JobError> {
         match read {
             Ok(found) => Ok(Some(found)),
             Err(error) if error.kind() == io::ErrorKind::NotFound => Ok(None),
-            Err(error) => Err(JobError(format!("`{}`: {error}", self.shown(key).display()))),
+            Err(error) => Err(JobError::Store { path: self.shown(key), reason: error.to_string() }),
         }
     }
 
@@ -44,9 +40,9 @@ impl SharedFolder {
     ) -> Result<(), JobError> {
         let path = self.folder.join(key);
         if let Some(folder) = path.parent() {
-            make_folder(folder).map_err(|error| refused(&error))?;
+            make_folder(folder).map_err(JobError::Write)?;
         }
-        write(&path, text.as_bytes()).map_err(|error| refused(&error))
+        write(&path, text.as_bytes()).map_err(JobError::Write)
     }
 }
 

@@ -89,10 +89,7 @@ fn place(into: &Path) -> Result<Arc<dyn KeyValueStore>, JobError> {
     };
     match OPENS.get() {
         Some(opens) => opens(name),
-        None => Err(JobError(format!(
-            "`{name}`: this build writes results to folders only; the program that is built in `tools/s3/` of the sources also \
-             writes to buckets"
-        ))),
+        None => Err(JobError::NoBuckets(name.to_owned())),
     }
 }
 
@@ -153,11 +150,7 @@ impl FleetStore {
         let there = store.identity()?;
         match there.as_ref().and_then(|there| identity.difference(there)) {
             None => Ok(store),
-            Some(difference) => Err(JobError(format!(
-                "this is {difference}, of which the results in `{}` are: give another folder to `--into`, or do the \
-                 rest with that build",
-                into.display()
-            ))),
+            Some(difference) => Err(JobError::OtherBuild { difference, into: into.to_owned() }),
         }
     }
 
@@ -185,7 +178,7 @@ impl FleetStore {
         let fleet: serde_json::Result<Fleet> = serde_json::from_str(&text);
         fleet
             .map(|fleet| Some(fleet.identity))
-            .map_err(|error| JobError(format!("`{}`: {error}", shown.display())))
+            .map_err(|error| JobError::Store { path: shown, reason: error.to_string() })
     }
 
     /// Location of a result.
@@ -358,7 +351,8 @@ mod tests {
         FleetStore::open(folder.path(), &identity("one")).expect("it is made");
         FleetStore::open(folder.path(), &identity("one")).expect("it is the same");
         let refused = FleetStore::open(folder.path(), &identity("two")).expect_err("it is another");
-        assert!(refused.0.contains("another build") && refused.0.contains("--into"), "{refused}");
+        let refused = refused.to_string();
+        assert!(refused.contains("another build") && refused.contains("`into`"), "{refused}");
         let there = FleetStore::open_in(folder.path())
             .and_then(|store| store.identity())
             .expect("it is read");

@@ -94,12 +94,12 @@ pub fn run(
         let threads: Vec<_> = (0..workers).map(|_| scope.spawn(|| queue.work())).collect();
         threads
             .into_iter()
-            .map(|thread| thread.join().unwrap_or_else(|_| Err(JobError("a thread ended".into()))))
+            .map(|thread| thread.join().unwrap_or_else(|_| Err(JobError::ThreadEnded)))
             .collect()
     });
     ends.into_iter().collect::<Result<Vec<()>, JobError>>()?;
     plan.store.tidy();
-    queue.tally.into_inner().map_err(|_| JobError("a thread ended".to_owned()))
+    queue.tally.into_inner().map_err(|_| JobError::ThreadEnded)
 }
 
 /// The numbers of the pieces.
@@ -158,8 +158,7 @@ impl PieceQueue<'_> {
 
     fn one(&self, index: usize, worker: &mut Option<WorkerProcess>) -> Result<PieceEnd, JobError> {
         let RunPlan { job, store, names, .. } = *self.plan;
-        let piece =
-            job.piece(index).ok_or_else(|| JobError(format!("there is no piece {index}")))?;
+        let piece = job.piece(index).ok_or(JobError::NoPiece(index))?;
         let name = names.key(&piece);
         match store.state(&name)? {
             Some(PieceState::Failed) if self.plan.retries => {}
@@ -191,7 +190,7 @@ impl PieceQueue<'_> {
         ));
         match self.ask(&task, worker)? {
             Ok(state) => Ok(PieceEnd::Computed(state)),
-            Err(how) => Err(JobError(format!("the process that was to write a result {how}"))),
+            Err(how) => Err(JobError::WorkerEnded(how)),
         }
     }
 
@@ -203,13 +202,12 @@ impl PieceQueue<'_> {
     ) -> Result<Result<PieceState, String>, JobError> {
         let mut child = match worker.take() {
             Some(worker) => worker,
-            None => WorkerProcess::start(self.plan.program)
-                .map_err(|error| JobError(format!("no process can be started: {error}")))?,
+            None => WorkerProcess::start(self.plan.program).map_err(JobError::NoProcess)?,
         };
         let state = match child.ask(&WorkerQuestion::Perform(Box::new(task.clone()))) {
             Some(WorkerAnswer::Done(_)) => PieceState::Done,
             Some(WorkerAnswer::Failed(_)) => PieceState::Failed,
-            Some(WorkerAnswer::Refused(words)) => return Err(JobError(words)),
+            Some(WorkerAnswer::Refused(words)) => return Err(JobError::WorkerRefused(words)),
             Some(WorkerAnswer::Identity(_)) | None => return Ok(Err(child.ended())),
         };
         *worker = Some(child);

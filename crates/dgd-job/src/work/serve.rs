@@ -5,10 +5,13 @@ use std::sync::mpsc::{Receiver, channel};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Duration;
 
+use dgd_work::{Argument, sentence};
+
 use super::{PieceTask, WorkerAnswer, WorkerQuestion, memory};
 use crate::identity::{BuildIdentity, ProgramFile};
 use crate::outcome::{FailureClass, PieceOutcome, document};
 use crate::store::FleetStore;
+use crate::syntax::OptionSyntax;
 
 /// Interval between memory checks, in which a piece allocates a few GB at most.
 const LOOKS: Duration = Duration::from_millis(20);
@@ -25,10 +28,11 @@ type CurrentPiece = Arc<Mutex<Option<PieceTask>>>;
 /// Standard output cannot be written.
 pub fn serve(
     program: &ProgramFile,
+    syntax: OptionSyntax,
     perform: impl Fn(&PieceTask) -> PieceOutcome,
 ) -> io::Result<()> {
     let current = CurrentPiece::default();
-    watch_memory(&current);
+    watch_memory(&current, syntax);
     for line in lines() {
         let answer = match serde_json::from_str(&line) {
             Err(error) => WorkerAnswer::Refused(format!("this is not a question: {error}")),
@@ -36,7 +40,7 @@ pub fn serve(
                 Ok(identity) => WorkerAnswer::Identity(identity),
                 Err(error) => WorkerAnswer::Refused(format!("{}: {error}", program.file.display())),
             },
-            Ok(WorkerQuestion::Perform(task)) => done(&task, &current, &perform),
+            Ok(WorkerQuestion::Perform(task)) => done(&task, &current, &perform, syntax),
         };
         say(&answer)?;
     }
@@ -47,9 +51,10 @@ fn done(
     task: &PieceTask,
     current: &CurrentPiece,
     perform: impl Fn(&PieceTask) -> PieceOutcome,
+    syntax: OptionSyntax,
 ) -> WorkerAnswer {
     if let Some(reason) = &task.given_up {
-        return put(task, &PieceOutcome::failed(FailureClass::Ended, reason.clone()));
+        return put(task, &PieceOutcome::failed(FailureClass::Ended, reason.clone()), syntax);
     }
     if let Err(error) = std::env::set_current_dir(&task.folder) {
         return WorkerAnswer::Refused(format!("{}: {error}", task.folder.display()));
@@ -64,24 +69,24 @@ fn done(
             std::thread::park();
         }
     }
-    put(task, &outcome)
+    put(task, &outcome, syntax)
 }
 
 /// Writes a result.
-fn put(task: &PieceTask, outcome: &PieceOutcome) -> WorkerAnswer {
-    let text = document(&task.name, &task.piece, outcome);
+fn put(task: &PieceTask, outcome: &PieceOutcome, syntax: OptionSyntax) -> WorkerAnswer {
+    let text = document(&task.name, &task.piece, outcome, syntax);
     let state = outcome.state();
     match FleetStore::open_in(&task.into).and_then(|store| store.put(&task.name, state, &text)) {
         Ok(()) if matches!(outcome, PieceOutcome::Done { .. }) => {
             WorkerAnswer::Done(task.name.clone())
         }
         Ok(()) => WorkerAnswer::Failed(task.name.clone()),
-        Err(error) => WorkerAnswer::Refused(error.to_string()),
+        Err(error) => WorkerAnswer::Refused(error.sentence().spelled(syntax.spelling)),
     }
 }
 
 /// Ends the process if a piece exceeds its memory limit, and records the failure.
-fn watch_memory(current: &CurrentPiece) {
+fn watch_memory(current: &CurrentPiece, syntax: OptionSyntax) {
     let current = Arc::clone(current);
     std::thread::spawn(move || {
         loop {
@@ -94,14 +99,20 @@ fn watch_memory(current: &CurrentPiece) {
                 continue;
             };
             if let Some(task) = current.take() {
-                let message = format!(
-                    "it needed more memory than the {} that a piece may have, {} when it was ended: give `--memory` \
-                     more, and `--retry`",
-                    shown(most),
-                    shown(held)
-                );
+                let message = sentence![
+                    format!(
+                        "it needed more memory than the {} that a piece may have, {} when it was ended: give ",
+                        shown(most),
+                        shown(held)
+                    ),
+                    Argument::Memory,
+                    " more, and ",
+                    Argument::Retry
+                ];
+                let message = message.spelled(syntax.spelling);
                 // The lock is held to the end, so that no other answer is sent.
-                let _ = say(&put(&task, &PieceOutcome::failed(FailureClass::Memory, message)));
+                let _ =
+                    say(&put(&task, &PieceOutcome::failed(FailureClass::Memory, message), syntax));
                 std::process::exit(0);
             }
         }

@@ -130,7 +130,8 @@ fn of_mistake(
 
 /// Replaces the marked word by the proposed one.
 fn word(diagnostic: &Diagnostic, analysis: &Analysis) -> Option<ConversionProposal> {
-    let word = diagnostic.help.as_deref().and_then(proposed)?;
+    let help = diagnostic.help.as_ref()?.to_string();
+    let word = proposed(&help)?;
     let span = diagnostic.labels[0].span;
     // For `pump.c`, a help text may concern only the part after the dot.
     let new = match analysis.sources.text(span).rsplit_once('.') {

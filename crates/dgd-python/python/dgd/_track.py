@@ -14,7 +14,7 @@ import numpy as np
 from . import _dgd
 from ._data.columns import split
 from ._data.incoming import Units, _raw
-from ._errors import UsageError, pythonic, warn
+from ._errors import UsageError, warn
 
 
 @dataclass(frozen=True)
@@ -126,7 +126,7 @@ class Tracker:
 
     def close(self) -> list[str]:
         """Ends it, and returns the summary of all rows."""
-        return [pythonic(words) for words in self._native.close()]
+        return self._native.close()
 
     def __enter__(self) -> Tracker:
         return self

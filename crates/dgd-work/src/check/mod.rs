@@ -6,6 +6,7 @@ mod unused;
 
 use std::path::{Path, PathBuf};
 
+use dgd_compiler::argument::Argument;
 use dgd_compiler::diagnostics::{Diagnostics, ErrorReported};
 use dgd_compiler::effects::Effect;
 use dgd_compiler::model::Variant;
@@ -123,8 +124,8 @@ fn check_model(
         }
         for (_, choice) in choices.iter().enumerate().filter(|(i, _)| i != chosen) {
             let mut other = options.clone();
-            let variant = compilation.name("--variant", name);
-            other.variants.push((variant, compilation.name("--variant", choice)));
+            let variant = compilation.name(Argument::Variant, name);
+            other.variants.push((variant, compilation.name(Argument::Variant, choice)));
             let mut own_diagnostics = Diagnostics::default();
             // Each choice gets its own diagnostics, independent of the next.
             let other: Result<_, ErrorReported> = compile_asts(

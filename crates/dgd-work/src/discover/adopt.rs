@@ -10,7 +10,7 @@ use dgd_data::FileSystem;
 use dgd_data::open::read_text;
 use serde::Serialize;
 
-use crate::error::WorkError;
+use crate::error::{UnusableFile, UsageError, WorkError};
 use crate::model::effects::folder_of;
 use crate::request::AdoptRequest;
 use crate::result::discover::DiscoverDocument;
@@ -44,10 +44,7 @@ pub fn adopt(request: &AdoptRequest, session: TaskContext<'_>) -> Result<Adopted
     let beside = folder_of(&model);
     let path = beside.join(format!("{}.dgd", request.name));
     if read_text(files, &path).is_ok() || files.is_folder(&beside.join(&request.name)) {
-        return Err(WorkError::Usage(format!(
-            "the library has an effect `{}` already: choose another name",
-            request.name
-        )));
+        return Err(UsageError::EffectExists(request.name.clone()).into());
     }
     Ok(AdoptedFile { name: request.name.clone(), from, path, text })
 }
@@ -64,20 +61,12 @@ fn chosen(request: &AdoptRequest, files: &dyn FileSystem) -> Result<(PathBuf, Pa
     let described = result.described.into_iter().map(|effect| effect.file);
     let named: Vec<String> = laws.chain(described).collect();
     match named.as_slice() {
-        [] => Err(WorkError::Found(format!(
-            "there is nothing to adopt in `{}`: the discovery found no formula and described no effect",
-            source.display()
-        ))),
+        [] => Err(UnusableFile::NothingToAdopt(source.clone()).into()),
         [one] => Ok((source.join(one), source.clone())),
-        several => Err(WorkError::Usage(format!(
-            "there are several files to adopt in `{0}`; name one: {1}",
-            source.display(),
-            several
-                .iter()
-                .map(|file| format!("`{}`", source.join(file).display()))
-                .collect::<Vec<_>>()
-                .join(", ")
-        ))),
+        several => {
+            let files = several.iter().map(|file| source.join(file)).collect();
+            Err(UsageError::SeveralToAdopt { folder: source.clone(), files }.into())
+        }
     }
 }
 
@@ -88,14 +77,13 @@ fn model_of(folder: &Path, files: &dyn FileSystem) -> Result<PathBuf, WorkError>
 
 fn result_of(folder: &Path, files: &dyn FileSystem) -> Result<DiscoverDocument, WorkError> {
     let path = folder.join("result.json");
-    serde_json::from_str(&text_of(&path, files)?).map_err(|error| {
-        WorkError::Found(format!("`{}` is not the result of a discovery: {error}", path.display()))
-    })
+    serde_json::from_str(&text_of(&path, files)?)
+        .map_err(|error| UnusableFile::NotADiscovery { path, error }.into())
 }
 
 fn text_of(path: &Path, files: &dyn FileSystem) -> Result<String, WorkError> {
     read_text(files, path)
-        .map_err(|why| WorkError::Found(format!("cannot read `{}`: {why}", path.display())))
+        .map_err(|reason| UnusableFile::Unreadable { path: path.to_owned(), reason }.into())
 }
 
 /// The text of an effect with its name replaced in the first line.
@@ -114,11 +102,5 @@ fn renamed(path: &Path, text: &str, name: &str) -> Result<String, WorkError> {
         let ast = parse(id, &sources, &mut diagnostics);
         ast.and_then(|ast| Effect::read(ast, &mut diagnostics)).is_ok_and(|e| e.name.text == name)
     };
-    if is_read {
-        Ok(text)
-    } else {
-        Err(WorkError::Usage(format!(
-            "`{name}` is not a name: letters, digits and `_`, a letter first, and not a reserved word"
-        )))
-    }
+    if is_read { Ok(text) } else { Err(UsageError::NotAName(name.to_owned()).into()) }
 }

@@ -7,10 +7,12 @@ mod report;
 
 use std::path::{Path, PathBuf};
 
+use dgd_compiler::argument::Argument;
 use dgd_compiler::diagnostics::Diagnostics;
 use dgd_compiler::effects::Effect;
 use dgd_compiler::model::ModelOptions;
 use dgd_compiler::pipeline::{CompiledStages, SensitivityDirections};
+use dgd_compiler::sentence;
 use dgd_compiler::source::SourceText;
 use dgd_compiler::syntax::{layout, table_files};
 use dgd_data::files::ResultFolder;
@@ -28,7 +30,7 @@ use dgd_runtime::{Signature, System};
 use serde::{Serialize, Serializer};
 use serde_json::{Value, json};
 
-use crate::error::WorkError;
+use crate::error::{ComputationError, UnusableFile, UsageError, WorkError};
 use crate::model::Compilation;
 use crate::model::effects::{self, FOLDER, load_folder};
 use crate::output::provenance::{self, DataFile, Provenance};
@@ -175,27 +177,31 @@ pub fn discover(
         ));
     }
     if held_out.recordings.is_empty() {
-        reservations.push(
-            "no validation data was given (`--valid`): an effect is named only if fits to three quarters of the recordings \
-             predict the fourth"
-                .to_owned(),
-        );
+        let words = sentence![
+            "no validation data was given (",
+            Argument::Valid,
+            "): an effect is named only if fits to three quarters of the recordings predict the fourth"
+        ];
+        reservations.push(words.spelled(session.spelling()));
     }
     if discovery.is_cut_short {
         let why = if session.listener.is_stopped() {
-            "was stopped"
+            "was stopped".into()
         } else {
-            "ended when the time of `--budget` had passed"
+            sentence!["ended when the time of ", Argument::Budget, " had passed"]
         };
-        reservations.push(format!(
-            "the search {why}: this is the best so far, and `not_tried` and the ranking list what was not tried"
-        ));
+        let words = sentence![
+            "the search ",
+            why,
+            ": this is the best so far, and `not_tried` and the ranking list what was not tried"
+        ];
+        reservations.push(words.spelled(session.spelling()));
     }
     let is_model =
         |source: &&SourceText| Path::new(&source.name).extension().is_some_and(|e| e == "dgd");
     let of_tables = table_files::files(&compiled.asts);
     let of_tables = of_tables.into_iter().map(|id| compilation.sources.get(id));
-    let texts = compilation.sources.iter().filter(is_model).chain(of_tables);
+    let texts = compilation.sources.files().filter(is_model).chain(of_tables);
     let texts = texts.fold(InMemory::default(), |files, source| {
         files.with_file(&source.name, without_unread(&source.text, &inputs).as_bytes())
     });
@@ -268,7 +274,7 @@ impl DiscoveryResult {
         report::gap_figure(&self.discovery)
     }
 
-    /// Keeps the search's journal, if any, so that the same request with `--resume` returns this result without
+    /// Keeps the search's journal, if any, so that the same request, resumed, returns this result without
     /// searching. Otherwise the journal is removed with the result.
     pub fn leave(&self) -> bool {
         if let Some(journal) = &self.journal {
@@ -292,10 +298,10 @@ fn failed(
     match error {
         DiscoverError::Model(_) => WorkError::diagnosed(diagnostics, compilation.sources.clone()),
         DiscoverError::NoRecording | DiscoverError::NothingMeasured => {
-            WorkError::Found(error.to_string())
+            UnusableFile::Discovery(error.clone()).into()
         }
         DiscoverError::BaseModel(_) | DiscoverError::Corrected(_) => {
-            WorkError::Computation(error.to_string())
+            ComputationError::Discovery(error.clone()).into()
         }
     }
 }
@@ -400,14 +406,14 @@ fn directions(
     SensitivityDirections::Estimated { free, fixed }
 }
 
-/// The folders of effects: beside the model, and those of `--effects`.
+/// The folders of effects: beside the model, and those of the request.
 fn folders(request: &DiscoverRequest, files: &dyn FileSystem) -> Vec<PathBuf> {
     let beside = effects::folder_of(&request.model);
     let folders = std::iter::once(beside).chain(request.effects.iter().cloned());
     folders.filter(|folder| files.is_folder(folder)).collect()
 }
 
-/// The effects beside the model, and those of `--effects`. Without any, the search can only tell whether the model
+/// The effects beside the model, and those of the request. Without any, the search can only tell whether the model
 /// explains the data.
 fn library(
     request: &DiscoverRequest,
@@ -415,8 +421,7 @@ fn library(
     session: TaskContext<'_>,
 ) -> Result<Vec<Effect>, WorkError> {
     if let Some(missing) = request.effects.iter().find(|own| !compilation.files.is_folder(own)) {
-        let message = format!("`--effects {}`: there is no such folder", missing.display());
-        return Err(WorkError::Usage(message));
+        return Err(UsageError::NoEffectFolder(missing.clone()).into());
     }
     let folders = folders(request, compilation.files);
     let Compilation { files, sources, diagnostics } = compilation;
@@ -428,16 +433,17 @@ fn library(
         return Err(WorkError::diagnosed(diagnostics, sources.clone()));
     }
     if library.is_empty() && !request.effects.is_empty() {
-        return Err(WorkError::Usage(
-            "there are no effects in the folders of `--effects`: each is a `.dgd` file".to_owned(),
-        ));
+        return Err(UsageError::NoEffects.into());
     }
     if library.is_empty() {
-        session.remark(&format!(
-            "there are no effects of this model to look for, only templates: put files of its own \
-             into a folder `{FOLDER}` beside `{}`, or give one by `--effects DIR`",
-            request.model.display()
-        ));
+        session.remark(sentence![
+            format!(
+                "there are no effects of this model to look for, only templates: put files of its own into a folder \
+                 `{FOLDER}` beside `{}`, or give one by ",
+                request.model.display()
+            ),
+            Argument::Effects.taking("DIR")
+        ]);
     }
     Ok(library)
 }

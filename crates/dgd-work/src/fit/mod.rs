@@ -7,6 +7,7 @@
 //! ```
 
 pub mod compare;
+mod estimator;
 pub(crate) mod fitted_model;
 mod multi_start;
 pub mod objective;
@@ -31,7 +32,7 @@ use dgd_runtime::Signature;
 use serde::{Serialize, Serializer};
 use serde_json::{Value, json};
 
-use crate::error::{TaskEnd, WorkError};
+use crate::error::{TaskEnd, UsageError, WorkError};
 use crate::output::json_text;
 use crate::output::provenance::Provenance;
 use crate::request::{EstimationApproach, Estimator, FitRequest};
@@ -127,7 +128,7 @@ pub fn fit(request: &FitRequest, session: TaskContext<'_>) -> Result<FitResult, 
     request.intervals.verify(estimator, dgd_runtime::System::signature(&task.system))?;
     let result = match estimator.approach() {
         EstimationApproach::Simulation => output_error::run(&task, request, place),
-        _ if !has_all => Err(WorkError::Usage("this program fits by simulation alone".to_owned())),
+        _ if !has_all => Err(UsageError::EstimatorNotBuilt(estimator).into()),
         EstimationApproach::LinearSimulation => output_error::run(&task, request, place),
         EstimationApproach::Filter => prediction_error::run(&task, request),
         EstimationApproach::Regression(method) => regress::run(&task, request, Some(method)),

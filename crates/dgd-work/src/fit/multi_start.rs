@@ -2,6 +2,7 @@
 
 use std::fmt::Write as _;
 
+use dgd_compiler::argument::Argument;
 use dgd_identify::{
     DrawnFrom, EstimateError, Fit, LocalMinimum, Loss, MultiStart, OutputErrorProblem, PointEnd,
     THRESHOLD, Termination, fit_from_drawn, fit_from_point, starting_points,
@@ -9,7 +10,7 @@ use dgd_identify::{
 use rand_pcg::Pcg64;
 use rand_pcg::rand_core::Rng;
 
-use crate::error::WorkError;
+use crate::error::{SIMULATING, UsageError, WorkError};
 use crate::fit::report::intervals::IntervalEstimates;
 use crate::fit::report::left_out::IncompleteFit;
 use crate::fit::report::outcome::digits_of;
@@ -32,30 +33,23 @@ const STREAM: u128 = 1 << 64;
 impl SearchRequest {
     /// Checks, before anything is read, that the estimator supports several starting points.
     pub(crate) fn verify(self, estimator: Estimator) -> Result<(), WorkError> {
-        if let Some(k) = self.start_point
-            && k >= self.starts
+        if let Some(number) = self.start_point
+            && number >= self.starts
         {
-            return Err(WorkError::Usage(format!(
-                "`--start-point {k}` is none of the points of `--starts {}`, which are counted from 0",
-                self.starts
-            )));
+            return Err(UsageError::NoSuchStart { number, starts: self.starts }.into());
         }
         if self.spread != DrawnFrom::Values && self.starts < 2 {
-            return Err(WorkError::Usage(
-                "`--spread` says what starting points are drawn from, and there is one: add `--starts N`"
-                    .to_owned(),
-            ));
+            return Err(UsageError::SpreadOfOne.into());
         }
         if estimator.simulates() {
             return Ok(());
         }
-        for (flag, is_given) in
-            [("--loss", self.loss != Loss::Squares), ("--starts", self.starts > 1)]
+        for (argument, is_given) in
+            [(Argument::Loss, self.loss != Loss::Squares), (Argument::Starts, self.starts > 1)]
         {
             if is_given {
-                return Err(WorkError::Usage(format!(
-                    "`{flag}` needs `--estimator output-error` or `linearised`"
-                )));
+                let given = vec![argument.into()];
+                return Err(UsageError::NeedsEstimator { given, estimators: SIMULATING }.into());
             }
         }
         Ok(())

@@ -9,7 +9,7 @@ use dgd_runtime::parallel::in_parallel_by_model;
 use dgd_runtime::{Direction, Observations, Options, Problem, System, Unit, consistent_start};
 
 use super::task::FitSetup;
-use crate::error::{WorkError, meant};
+use crate::error::{ComputationError, UsageError, WorkError};
 use crate::request::FitRequest;
 use crate::run::{densities, recording};
 use crate::session::TaskContext;
@@ -87,9 +87,7 @@ pub fn objective(
     session: TaskContext<'_>,
 ) -> Result<Objective, WorkError> {
     if !request.regression.estimator.simulates_model() {
-        return Err(WorkError::Usage(
-            "residuals are those of simulated outputs: `--estimator output-error`".to_owned(),
-        ));
+        return Err(UsageError::ObjectiveNotSimulated.into());
     }
     let task = FitSetup::load(request, session)?;
     let problem = task.problem();
@@ -101,9 +99,7 @@ pub fn objective(
     let FitSetup { system, p, train: recordings, .. } = task;
     let variables = variables(&system, &p, &recordings, &names, &options)?;
     if variables.is_empty() {
-        return Err(WorkError::Usage(
-            "nothing is to be estimated: all parameters are fixed".into(),
-        ));
+        return Err(UsageError::NothingToEstimate.into());
     }
     // Priors of parameters that are not estimated do not count.
     let is_free = |i| variables.iter().any(|v| v.of == Direction::Parameter(i));
@@ -111,10 +107,8 @@ pub fn objective(
     for prior in priors.into_iter().filter(|prior| prior.concerns(is_free)) {
         let Some((mean, std)) = prior.as_normal() else {
             let names = prior.names(system.signature());
-            return Err(WorkError::Usage(format!(
-                "the prior of {names} is `{}`, which is not a residual: the objective of a fit takes normal ones",
-                prior.density.name()
-            )));
+            let density = prior.density.name();
+            return Err(UsageError::PriorNotResidual { names, density }.into());
         };
         normal.push(NormalPrior { prior, mean, std });
     }
@@ -221,8 +215,7 @@ impl Objective {
     fn point(&self, theta: &[f64]) -> Result<(Vec<f64>, Vec<Starts>), WorkError> {
         let (given, needed) = (theta.len(), self.variables.len());
         if given != needed {
-            let words = format!("there are {needed} variables, and {given} values are given");
-            return Err(WorkError::Usage(words));
+            return Err(UsageError::ValueCount { what: "variables", needed, given }.into());
         }
         let mut p = self.p.clone();
         let mut starts: Vec<Starts> = self.recordings.iter().map(|r| r.start.clone()).collect();
@@ -241,8 +234,8 @@ impl Objective {
     }
 
     fn failed(&self, recording: usize, reason: &TrialFailure) -> WorkError {
-        let name = self.names.get(recording).map_or("", String::as_str);
-        WorkError::Computation(format!("{name}: {reason}"))
+        let name = self.names.get(recording).cloned().unwrap_or_default();
+        ComputationError::Recording { name, reason: reason.clone() }.into()
     }
 }
 
@@ -258,22 +251,19 @@ fn noise_of(task: &FitSetup<'_>, given: &[(String, f64)]) -> Result<Vec<Option<f
     let names: Vec<&str> = outputs.iter().map(|output| &*output.name).collect();
     for (name, sigma) in given {
         if !names.contains(&name.as_str()) {
-            let meant = meant(name, &names);
-            return Err(WorkError::Usage(format!("no output is called `{name}`: {meant}")));
+            let known = names.iter().map(|&name| name.to_owned()).collect();
+            let (name, kind) = (name.clone(), "output");
+            return Err(UsageError::Unknown { given: None, kind, name, known }.into());
         }
         if !(sigma.is_finite() && *sigma > 0.0) {
-            return Err(WorkError::Usage(format!(
-                "the noise of `{name}` must be above 0: {sigma}"
-            )));
+            let output = name.clone();
+            return Err(UsageError::NoiseNotPositive { output, sigma: *sigma }.into());
         }
     }
     if outputs.iter().zip(&task.noise).any(|(_, used)| used.is_some_and(NoiseSource::is_likelihood))
     {
         densities::refuse(task.system.signature(), "the objective of a fit")?;
-        return Err(WorkError::Usage(
-            "the objective of a fit takes no column of standard deviations: leave out `std(…)`"
-                .to_owned(),
-        ));
+        return Err(UsageError::ObjectiveWithDeviations.into());
     }
     let mut without = Vec::new();
     let sigma = outputs.iter().zip(&task.noise).map(|(output, used)| {
@@ -282,17 +272,13 @@ fn noise_of(task: &FitSetup<'_>, given: &[(String, f64)]) -> Result<Vec<Option<f
         let sigma =
             override_noise.map(|(_, sigma)| sigma * output.unit.factor.abs()).or(output.noise);
         if sigma.is_none() {
-            without.push(format!("`{}`", output.name));
+            without.push(output.name.to_string());
         }
         sigma
     });
     let sigma: Vec<Option<f64>> = sigma.collect();
     if !without.is_empty() {
-        return Err(WorkError::Usage(format!(
-            "{} declares no noise, and residuals are weighed by it: say `noise` in the model, give it by `--noise`, or \
-             leave the output out by `--outputs`",
-            without.join(", ")
-        )));
+        return Err(UsageError::ResidualsWithoutNoise(without).into());
     }
     Ok(sigma)
 }
@@ -328,8 +314,12 @@ fn variables(
         let Recording { inputs, start, times, .. } = recording;
         let problem = Problem { system, p, inputs, start };
         let first = times.first().copied().unwrap_or(0.0);
-        let started = consistent_start(&problem, first, options)
-            .map_err(|error| WorkError::Computation(format!("{}: {error}", names[r])))?;
+        let started = consistent_start(&problem, first, options).map_err(|error| {
+            ComputationError::Recording {
+                name: names[r].clone(),
+                reason: TrialFailure::Simulation(error),
+            }
+        })?;
         for (direction, of) in directions() {
             let Direction::Start(i) = of else { continue };
             let unit = signature.unknowns.unit(i);

@@ -18,7 +18,7 @@ use super::report::quality::FitQuality;
 use super::report::standard::NoiseStandard;
 use super::task::FitSetup;
 use super::{EstimatorResult, FitFigure};
-use crate::error::WorkError;
+use crate::error::{UsageError, WorkError};
 use crate::output::figure::{self, PanelLine, PanelSubject};
 use crate::request::{FitRequest, LinearizeAt};
 use crate::run::{recording, reservations};
@@ -33,11 +33,8 @@ pub(super) fn run(
     if request.intervals.bootstrap > 0
         && let Some(prior) = problem.priors.iter().find(|prior| prior.as_normal().is_none())
     {
-        return Err(WorkError::Usage(format!(
-            "the prior of {} is `{}`, and `--bootstrap` draws from normal ones",
-            prior.names(signature),
-            prior.density.name()
-        )));
+        let (names, density) = (prior.names(signature), prior.density.name());
+        return Err(UsageError::PriorNotDrawn { names, density }.into());
     }
     let fitted = |problem: &OutputErrorProblem<'_>| {
         let outcome = request.search.fit(problem, task.session.seed);
@@ -105,6 +102,7 @@ pub(super) fn run(
         .map_err(|error| task.failed(error, &request.data))?;
     let outcome = OutputErrorReport {
         signature,
+        spelling: task.session.spelling(),
         variants: &task.compiled.model.variants,
         fit: &fit,
         data: &request.data,

@@ -45,7 +45,7 @@ pub(super) fn run(task: &FitSetup<'_>, request: &FitRequest) -> Result<Estimator
     }
     let fit = fit;
     let reason = || match fit.termination {
-        Termination::Flat => flat(&fit.estimates),
+        Termination::Flat => flat(&fit.estimates).spelled(task.session.spelling()),
         _ => format!(
             "no maximum of the likelihood was reached in {} evaluations ({}){}",
             fit.evaluations,

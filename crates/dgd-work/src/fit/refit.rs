@@ -37,7 +37,7 @@ pub(crate) fn options_of_refit(
         _ => None,
     })?;
     let method = METHODS.iter().find(|method| matches!(method.kind, MethodKind::Bdf(_)))?;
-    session.remark(&format!(
+    session.remark(format!(
         "note: the fit came to values with which `{}` cannot begin at t = {t} s, where a derivative of \
          equation `{equation}` is not finite; it is run again from its start with `{}`",
         options.method.name, method.name

@@ -2,6 +2,7 @@
 
 use std::path::PathBuf;
 
+use dgd_compiler::argument::Argument;
 use dgd_identify::regression::{
     FollowOptions, Forgetting, RegressionError, RegressionMethod, RegressionProblem, follow,
     regress, regression_profiles, traces,
@@ -12,8 +13,7 @@ use dgd_runtime::System;
 use super::page::{self, traces::PageTrace};
 use super::task::{FitSetup, flat};
 use super::{EstimatorResult, FitFigure};
-use crate::error::WorkError;
-use crate::error::meant;
+use crate::error::{ComputationError, UnusableFile, UsageError, WorkError};
 use crate::fit::fitted_model::ESTIMATES;
 use crate::fit::report::intervals::Intervals;
 use crate::fit::report::left_out::IncompleteFit;
@@ -53,7 +53,7 @@ pub(super) fn run(
     } else {
         let most = problem.stopping.evaluations;
         let words = if fit.is_flat {
-            flat(&fit.estimates)
+            flat(&fit.estimates).spelled(task.session.spelling())
         } else {
             format!("no minimum was reached in {} evaluations of all rows", fit.evaluations)
         };
@@ -174,22 +174,25 @@ fn regression_problem<'a>(
 fn steady(task: &FitSetup<'_>, text: &str) -> Result<(usize, f64), WorkError> {
     let unknowns = &task.system.signature().unknowns;
     let Some((name, rate)) = text.split_once('=') else {
-        return Err(WorkError::Usage(format!("`--steady {text}` is not `STATE=RATE`")));
+        return Err(UsageError::form(Argument::Steady, text, "STATE=RATE", "h=0.01").into());
     };
     let names: Vec<String> = unknowns.iter().map(|unknown| unknown.name.to_string()).collect();
     let Some(i) = names.iter().position(|known| known == name.trim()) else {
-        let known: Vec<&str> = names.iter().map(String::as_str).collect();
-        let hint = meant(name.trim(), &known);
-        return Err(WorkError::Usage(format!(
-            "`--steady {text}`: no state is called `{name}`; {hint}"
-        )));
+        let unknown = UsageError::Unknown {
+            given: Some(Argument::Steady.with(text)),
+            kind: "state",
+            name: name.trim().to_owned(),
+            known: names,
+        };
+        return Err(unknown.into());
     };
     match rate.trim().parse::<f64>() {
         Ok(rate) if rate > 0.0 && rate.is_finite() => Ok((i, rate * unknowns.unit(i).factor.abs())),
-        _ => Err(WorkError::Usage(format!(
-            "`--steady {text}`: the rate is a positive number, in {} per second",
-            unknowns.unit(i).symbol
-        ))),
+        _ => Err(UsageError::Rate {
+            given: Argument::Steady.with(text),
+            unit: unknowns.unit(i).symbol.to_string(),
+        }
+        .into()),
     }
 }
 
@@ -213,7 +216,7 @@ fn failed(task: &FitSetup<'_>, request: &FitRequest, error: RegressionError) -> 
         | RegressionError::Prior { .. }
         | RegressionError::Filter
         | RegressionError::StartVariance
-        | RegressionError::Forgetting => WorkError::Usage(error.to_string()),
+        | RegressionError::Forgetting => UsageError::Regression(error).into(),
         RegressionError::NothingMeasured => {
             task.failed(EstimateError::NothingMeasured, &request.data)
         }
@@ -225,16 +228,13 @@ fn failed(task: &FitSetup<'_>, request: &FitRequest, error: RegressionError) -> 
         | RegressionError::FreeDelay { .. }
         | RegressionError::NeverTogether { .. }
         | RegressionError::NothingSteady { .. }
-        | RegressionError::NotOverTime => WorkError::Found(error.to_string()),
+        | RegressionError::NotOverTime => UnusableFile::Regression(error).into(),
         RegressionError::NotFinite { row, recording, t } => {
-            let file = request.data.get(recording).map(|path| path.display().to_string());
-            WorkError::Computation(format!(
-                "{}: `{row}` has no finite value at t = {t} s",
-                file.unwrap_or_default()
-            ))
+            let path = request.data.get(recording).cloned();
+            ComputationError::RowNotFinite { path, row, t }.into()
         }
         RegressionError::Inputs(_)
         | RegressionError::Variables(_)
-        | RegressionError::ModesDoNotSettle { .. } => WorkError::Computation(error.to_string()),
+        | RegressionError::ModesDoNotSettle { .. } => ComputationError::Regression(error).into(),
     }
 }

@@ -2,9 +2,12 @@
 
 use std::path::PathBuf;
 
+use dgd_compiler::argument::Argument;
 use dgd_compiler::diagnostics::{Code, Diagnostic};
 use dgd_compiler::model::ModelOptions;
 use dgd_compiler::pipeline::{CompiledStages, SensitivityDirections};
+use dgd_compiler::sentence;
+use dgd_compiler::sentence::Sentence;
 use dgd_compiler::source::SourceMap;
 use dgd_data::files::journal::RunJournal;
 use dgd_execute::LoadedSystem;
@@ -12,19 +15,18 @@ use dgd_identify::filter::FilterProblem;
 use dgd_identify::journal::{Digest, JournalScope};
 use dgd_identify::{
     EstimateError, Fit, NoiseCorrelation, NoiseSource, OutputErrorEvaluation, OutputErrorProblem,
-    ParameterEstimate, Prior, Recording, StoppingRule, Termination, TrialFailed, TrialFailure,
-    counts_from, evaluate, fit_starts, nonlinear, operating_points,
+    ParameterEstimate, Prior, Recording, StoppingRule, Termination, TrialFailed, counts_from,
+    evaluate, fit_starts, nonlinear, operating_points,
 };
-use dgd_runtime::linearize::NotLinearised;
 use dgd_runtime::signature::PriorDensity;
 use dgd_runtime::signature::number::short;
 use dgd_runtime::{Direction, Options, Problem, Signature, System};
 
-use crate::error::{WorkError, meant};
+use crate::error::{ComputationError, Interruption, UnusableFile, UsageError, WorkError, meant};
 use crate::fit::prediction_error;
 use crate::fit::report::few_samples::FewSamples;
 use crate::fit::report::left_out::IncompleteFit;
-use crate::fit::report::linearised::{self, LinearisedReport};
+use crate::fit::report::linearised::LinearisedReport;
 use crate::fit::report::outcome::ValidationResult;
 use crate::fit::report::standard::NoiseStandard;
 use crate::model::Compilation;
@@ -171,7 +173,11 @@ impl<'s> FitSetup<'s> {
             let input = || of_program().debug(&(&p, &train, &valid, &noise)).debug(&options);
             keeping::journal(&request.keep, input, session)?
         } else if request.keep.resume {
-            return Err(WorkError::Usage("`--resume` needs `--estimator output-error`".to_owned()));
+            return Err(UsageError::NeedsEstimator {
+                given: vec![Argument::Resume.into()],
+                estimators: &[Estimator::OutputError],
+            }
+            .into());
         } else {
             None
         };
@@ -221,7 +227,8 @@ impl<'s> FitSetup<'s> {
             if let Some((path, departure)) =
                 departures.find_map(|(path, found)| Some((path, found.as_ref()?)))
             {
-                return Err(WorkError::Found(linearised::other_mode(path, departure)));
+                let (path, departure) = (path.clone(), departure.clone());
+                return Err(UnusableFile::LeavesMode { path, departure }.into());
             }
         }
         let model = model.map_err(|error| named(&error, &request.data));
@@ -346,12 +353,9 @@ impl<'s> FitSetup<'s> {
 
     pub(super) fn failed(&self, error: EstimateError, paths: &[PathBuf]) -> WorkError {
         match error {
-            error if error.is_stopped() => WorkError::Interrupted(
-                "stopped by Ctrl-C before the first simulation had ended: there is nothing to keep"
-                    .to_owned(),
-            ),
+            error if error.is_stopped() => Interruption::NoSimulation.into(),
             EstimateError::NothingFree | EstimateError::LossOfDensity { .. } => {
-                WorkError::Usage(error.to_string())
+                UsageError::Estimate(error).into()
             }
             EstimateError::NothingMeasured => {
                 let outputs: Vec<String> = self
@@ -359,53 +363,39 @@ impl<'s> FitSetup<'s> {
                     .signature()
                     .outputs
                     .iter()
-                    .map(|output| format!("`{} [{}]`", output.name, output.unit.symbol))
+                    .map(|output| format!("{} [{}]", output.name, output.unit.symbol))
                     .collect();
-                WorkError::Found(format!("{error}; the model's outputs are {}", outputs.join(", ")))
+                UnusableFile::NothingMeasured { outputs }.into()
             }
-            EstimateError::TooFewSamples { .. } => WorkError::Found(error.to_string()),
+            EstimateError::TooFewSamples { .. } => UnusableFile::Estimate(error).into(),
             EstimateError::Start(failed) => {
-                let (what, instead) = match &failed.reason {
-                    TrialFailure::NotLinearised(reason) => {
-                        let rest = matches!(
-                            **reason,
-                            NotLinearised::NoSteadyState(_) | NotLinearised::Unstable { .. }
-                        );
-                        let run = if rest { "`--at T` takes a point of its run, and " } else { "" };
-                        let itself = "`--estimator output-error` simulates the model itself";
-                        ("linearised", format!("; {run}{itself}"))
-                    }
-                    TrialFailure::Simulation(_)
-                    | TrialFailure::OutputNotFinite { .. }
-                    | TrialFailure::Deviation { .. }
-                    | TrialFailure::Logarithm { .. }
-                    | TrialFailure::NoSensitivity { .. } => ("simulated", String::new()),
+                let name = match paths.get(failed.recording) {
+                    Some(path) => path.display().to_string(),
+                    None => format!("recording {}", failed.recording + 1),
                 };
-                let reason = named(&failed, paths);
-                WorkError::Computation(format!("the model cannot be {what}: {reason}{instead}"))
+                ComputationError::Start { name, reason: failed.reason }.into()
             }
             EstimateError::Reading { recording, output, t, wrong } => {
-                let path = paths
-                    .get(recording)
-                    .map_or_else(String::new, |path| format!("`{}`: ", path.display()));
-                WorkError::Found(format!("{path}`{output}` at {t} s: {wrong}"))
+                let path = paths.get(recording).cloned();
+                UnusableFile::Reading { path, output, t, wrong }.into()
             }
             EstimateError::Length(_)
             | EstimateError::Noise { .. }
             | EstimateError::NotPositive { .. }
             | EstimateError::NotFiltered(_)
-            | EstimateError::Stopped => WorkError::Computation(error.to_string()),
+            | EstimateError::Stopped => ComputationError::Estimate(error).into(),
         }
     }
 
     /// Why the fit did not converge.
     pub(super) fn unconverged(&self, fit: &Fit, paths: &[PathBuf]) -> String {
         let reason = match fit.termination {
-            Termination::Blocked => self.blocked(fit, paths),
+            Termination::Blocked => self.blocked(fit, paths).into(),
             Termination::Flat => flat(&fit.estimates),
             Termination::Stalled => stalled(fit),
-            _ => format!("no minimum was reached in {} simulations", fit.evaluations),
+            _ => format!("no minimum was reached in {} simulations", fit.evaluations).into(),
         };
+        let reason = reason.spelled(self.session.spelling());
         format!("{reason}{}", self.few.as_reason())
     }
 
@@ -435,23 +425,29 @@ impl<'s> FitSetup<'s> {
 }
 
 /// The sentence for a search that ended where no step reduces the deviance although the gradient is not zero.
-fn stalled(fit: &Fit) -> String {
+fn stalled(fit: &Fit) -> Sentence {
     if fit.samples_without_sensitivity > 0 {
-        return format!(
-            "the search stalled: no step makes the residuals smaller, and {} of {} samples have no defined sensitivities, so \
-             that their part in the slope is not known; several starts (`--starts`) may lead further",
-            fit.samples_without_sensitivity, fit.samples
-        );
+        return sentence![
+            format!(
+                "the search stalled: no step makes the residuals smaller, and {} of {} samples have no defined \
+                 sensitivities, so that their part in the slope is not known; several starts (",
+                fit.samples_without_sensitivity, fit.samples
+            ),
+            Argument::Starts,
+            ") may lead further"
+        ];
     }
-    format!(
-        "the search stalled: no step makes the residuals smaller, although their slope says that one should, even at \
-         `--rtol {}`; where outputs have kinks, several starts (`--starts`) may lead further",
-        short(fit.options.rtol, 2)
-    )
+    sentence![
+        "the search stalled: no step makes the residuals smaller, although their slope says that one should, even at ",
+        Argument::Rtol.with(short(fit.options.rtol, 2)),
+        "; where outputs have kinks, several starts (",
+        Argument::Starts,
+        ") may lead further"
+    ]
 }
 
 /// The sentence for a search that ended on a plateau between bounds.
-pub(super) fn flat(estimates: &[ParameterEstimate]) -> String {
+pub(super) fn flat(estimates: &[ParameterEstimate]) -> Sentence {
     let bound = estimates.iter().filter(|estimate| estimate.at_bound.is_some());
     let bound: Vec<String> = bound.map(|estimate| format!("`{}`", estimate.name)).collect();
     let at_bounds = match bound.len() {
@@ -459,11 +455,16 @@ pub(super) fn flat(estimates: &[ParameterEstimate]) -> String {
         1 => format!("with {} at its bound, ", bound[0]),
         _ => format!("with {} at their bounds, ", bound.join(", ")),
     };
-    format!(
-        "{at_bounds}the outputs see nothing of the parameters where the search ended, so that nothing leads \
-         to a minimum from there: other values to start from (`--set`), several of them (`--starts`) or \
-         narrower bounds may"
-    )
+    sentence![
+        format!(
+            "{at_bounds}the outputs see nothing of the parameters where the search ended, so that nothing leads to a \
+             minimum from there: other values to start from ("
+        ),
+        Argument::Set,
+        "), several of them (",
+        Argument::Starts,
+        ") or narrower bounds may"
+    ]
 }
 
 /// Number of estimates for these recordings; each has initial values of its own.
@@ -488,7 +489,7 @@ fn named(failed: &TrialFailed, paths: &[PathBuf]) -> String {
     }
 }
 
-/// The outputs named by `--outputs`; all if it names none.
+/// The requested outputs; all if none are named.
 fn used_outputs(
     compilation: &mut Compilation<'_>,
     compiled: &CompiledStages,
@@ -500,7 +501,7 @@ fn used_outputs(
     }
     let mut used = vec![false; outputs.len()];
     for name in names {
-        let name = compilation.name("--outputs", name.trim());
+        let name = compilation.name(Argument::Outputs, name.trim());
         if let Some(i) = outputs.iter().position(|output| output.name == name.text) {
             used[i] = true;
             continue;

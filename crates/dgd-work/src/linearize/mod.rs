@@ -5,10 +5,10 @@ mod page;
 mod report;
 
 use dgd_compiler::pipeline::SensitivityDirections;
-use dgd_runtime::linearize::{OperatingPoint, SteadyState, SteadyStateError, rest};
+use dgd_runtime::linearize::{OperatingPoint, SteadyState, rest};
 use dgd_runtime::{Inputs, Problem};
 
-use crate::error::WorkError;
+use crate::error::{ComputationError, UsageError, WorkError};
 use crate::model::load;
 use crate::output::conserved;
 use crate::request::{LinearizeAt, LinearizeRequest, RunRequest, SolverOptions};
@@ -28,15 +28,13 @@ pub fn linearize(
     session: TaskContext<'_>,
 ) -> Result<LinearModelReport, WorkError> {
     if request.solve.until.is_some() {
-        let message = "`linearize` does not take `--until`: its run ends where `--at` says";
-        return Err(WorkError::Usage(message.to_owned()));
+        return Err(UsageError::EndOfLinearisation.into());
     }
     if let LinearizeAt::Time(t) = request.at
         && t < request.solve.from.unwrap_or(0.0)
     {
         let from = request.solve.from.unwrap_or(0.0);
-        let message = format!("`--at {t}`: the run begins at {from} s, so it never gets there");
-        return Err(WorkError::Usage(message));
+        return Err(UsageError::PointBeforeRun { t, from }.into());
     }
     let choices = request.choices.starting(&request.solve);
     let loaded = load(&request.model, &choices, &SensitivityDirections::None, session)?;
@@ -49,19 +47,16 @@ pub fn linearize(
             let reached = told(session, [from, t], reach);
             SteadyState { at: reached.map_err(failed)?, conserved: Vec::new() }
         }
-        LinearizeAt::Steady => rest(&run.problem(), from, &run.options).map_err(no_rest)?,
+        LinearizeAt::Steady => rest(&run.problem(), from, &run.options).map_err(failed)?,
         LinearizeAt::Mean if request.data.is_none() => {
-            return Err(WorkError::Usage(
-                "`--at mean` needs the inputs of a recording: give one with `--data FILE`"
-                    .to_owned(),
-            ));
+            return Err(UsageError::MeanWithoutData.into());
         }
         LinearizeAt::Mean => {
             let until = run.times.last().map_or(from, |last| *last);
             run.inputs.cover(from, until).map_err(failed)?;
             let mean = Inputs::constant(&run.inputs.mean(from, until));
             let problem = Problem { inputs: &mean, ..run.problem() };
-            rest(&problem, from, &run.options).map_err(no_rest)?
+            rest(&problem, from, &run.options).map_err(failed)?
         }
     };
     session.listener.ends();
@@ -73,19 +68,8 @@ pub fn linearize(
     Ok(linear.holding(conserved))
 }
 
-#[allow(clippy::needless_pass_by_value, reason = "errors are handed over so")]
-fn failed(error: impl ToString) -> WorkError {
-    WorkError::Computation(error.to_string())
-}
-
-/// Explains why no steady state was found and, if it helps, what to try instead.
-#[allow(clippy::needless_pass_by_value, reason = "errors are handed over so")]
-fn no_rest(error: SteadyStateError) -> WorkError {
-    let instead = match error {
-        SteadyStateError::Drifts { .. } => ": change the inputs, or linearise at a time of a run",
-        _ => "",
-    };
-    WorkError::Computation(format!("{error}{instead}"))
+fn failed(error: impl Into<ComputationError>) -> WorkError {
+    error.into().into()
 }
 
 /// The request of a run that ends at the point.

@@ -35,7 +35,7 @@ impl LinearModelReport {
             let table = table(matrix, values, rows, columns);
             page.push_section(&format!("{matrix}: {about}"), &[table]);
         }
-        let more = "Acting late: see the result for programs, `--format json`.";
+        let more = "Delayed effects: see the result as JSON.";
         if !result.late.is_empty() {
             page.push(&Markup::prose(more).paragraph());
         }

@@ -103,7 +103,7 @@ impl LabelledMatrix<'_> {
         if m.max(n) > MOST_SHOWN {
             let _ = writeln!(
                 text,
-                "{m} x {n}, too large to be shown here: see `-o` and `--format json`"
+                "{m} x {n}, too large to be shown here: see the result in a file, or as JSON"
             );
             return;
         }

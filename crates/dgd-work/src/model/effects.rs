@@ -1,6 +1,6 @@
-//! Effect files: their location, and their names on the command line.
+//! Effect files: their location, and their names in requests.
 //!
-//! | `--apply` | file |
+//! | name | file |
 //! |---|---|
 //! | `path/to/file.dgd` | that file |
 //! | `NAME` | `effects/NAME.dgd` beside the model, or the one file of the folder `effects/NAME/` |
@@ -11,6 +11,7 @@
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
+use dgd_compiler::argument::Argument;
 use dgd_compiler::diagnostics::{Code, Diagnostic, Diagnostics, ErrorReported, suggestion};
 use dgd_compiler::effects::{Effect, EffectApplication};
 use dgd_compiler::source::{SourceId, SourceMap, SourceText, Span};
@@ -19,7 +20,7 @@ use dgd_compiler::syntax::parse;
 use dgd_data::FileSystem;
 use dgd_data::open::{FolderEntry, read_import};
 
-use crate::error::WorkError;
+use crate::error::{UnusableFile, UsageError, WorkError};
 use crate::model::{Compilation, read_model};
 
 /// The folder of a model's effects.
@@ -160,10 +161,9 @@ fn words(text: &str, source: SourceId) -> Result<(&str, Vec<Name>), WorkError> {
     let Some((file, rest)) = text.split_once('(') else {
         return Ok((text.trim(), Vec::new()));
     };
-    let wrong = || {
-        WorkError::Usage(format!(
-            "`--apply {text}` needs the form EFFECT or 'EFFECT(NAME, …)', as in 'gain_error(q)'"
-        ))
+    let wrong = || -> WorkError {
+        let form = "EFFECT or EFFECT(NAME, …)";
+        UsageError::form(Argument::Apply, text, form, "gain_error(q)").into()
     };
     let inside = rest.trim_end().strip_suffix(')').ok_or_else(wrong)?;
     let mut arguments = Vec::new();
@@ -201,28 +201,18 @@ fn path_of(files: &dyn FileSystem, model: &Path, word: &str) -> Result<PathBuf, 
             if let Some((_, path)) = forms.iter().find(|(name, _)| name == word) {
                 return Ok(path.clone());
             }
-            let names: Vec<&str> = forms.iter().map(|(name, _)| name.as_str()).collect();
-            return Err(WorkError::Found(format!(
-                "effect `{word}` has several forms: say `--apply {}`",
-                names.join("` or `--apply ")
-            )));
+            let forms = forms.iter().map(|(name, _)| name.clone()).collect();
+            return Err(UnusableFile::SeveralForms { name: word.to_owned(), forms }.into());
         }
     }
-    let shown = folder.display();
     let families = effects.iter().filter_map(|(name, _)| name.split('/').next());
     let names: BTreeSet<&str> =
         effects.iter().map(|(name, _)| name.as_str()).chain(families).collect();
     let mut begun = names.iter().copied().filter(|name| name.starts_with(word));
     let only = begun.next().filter(|_| begun.next().is_none());
-    let hint = match only.or_else(|| suggestion(word, names.iter().copied())) {
-        Some(near) => format!("did you mean `{near}`?"),
-        None if names.is_empty() => "there are no effects".to_owned(),
-        None => {
-            let names: Vec<&str> = effects.iter().map(|(name, _)| name.as_str()).collect();
-            format!("there is `{}`", names.join("`, `"))
-        }
-    };
-    Err(WorkError::Found(format!("there is no effect `{word}` in `{shown}`; {hint}")))
+    let near = only.or_else(|| suggestion(word, names.iter().copied())).map(str::to_owned);
+    let known = effects.iter().map(|(name, _)| name.clone()).collect();
+    Err(UnusableFile::NoEffect { name: word.to_owned(), folder, near, known }.into())
 }
 
 /// The effect files of a folder and of the folders in it, by name, in order: `NAME` or `NAME/FORM`.

@@ -1,10 +1,11 @@
-//! Loads a compiled model from a path and the choices of the command line.
+//! Loads a compiled model from a path and the choices of a request.
 
 pub(crate) mod effects;
 pub(crate) mod sets;
 
 use std::path::{Path, PathBuf};
 
+use dgd_compiler::argument::Argument;
 use dgd_compiler::diagnostics::{Diagnostics, ErrorReported};
 use dgd_compiler::effects::{
     EffectApplication, EffectBlending, ModelWithEffects, apply as apply_effects, write,
@@ -17,7 +18,7 @@ use dgd_compiler::syntax::ast::{Ast, Name};
 use dgd_data::FileSystem;
 use dgd_data::open::{read_import, read_text};
 
-use crate::error::WorkError;
+use crate::error::{UnusableFile, UsageError, WorkError};
 use crate::model::effects::asked;
 use crate::output::provenance;
 use crate::request::{FreeParameters, ModelChoices};
@@ -85,40 +86,40 @@ impl<'a> Compilation<'a> {
         WorkError::diagnosed(&self.diagnostics, self.sources)
     }
 
-    /// Registers an argument of the command line as a source, so that diagnostics can point to it.
-    pub(crate) fn argument(&mut self, flag: &str, text: &str) -> SourceId {
-        self.sources.add(SourceText { name: format!("({flag})"), text: text.to_owned() })
+    /// Registers the value of an argument as a source, so that diagnostics can point to it.
+    pub(crate) fn argument(&mut self, argument: Argument, text: &str) -> SourceId {
+        self.sources.add_argument(argument, text.to_owned())
     }
 
-    /// A name given on the command line.
-    pub(crate) fn name(&mut self, flag: &str, text: &str) -> Name {
-        let source = self.argument(flag, text);
+    /// A name given by an argument.
+    pub(crate) fn name(&mut self, argument: Argument, text: &str) -> Name {
+        let source = self.argument(argument, text);
         let end = u32::try_from(text.len()).unwrap_or(u32::MAX);
         Name { text: text.to_owned(), span: Span { source, start: 0, end } }
     }
 
-    /// The names of `--free` and `--fix`.
+    /// The names of free and of fixed parameters.
     pub(crate) fn sought(&mut self, sought: &FreeParameters) -> (Vec<Name>, Vec<Name>) {
-        let mut names = |flag: &str, names: &[String]| -> Vec<Name> {
-            names.iter().map(|name| self.name(flag, name.trim())).collect()
+        let mut names = |argument: Argument, names: &[String]| -> Vec<Name> {
+            names.iter().map(|name| self.name(argument, name.trim())).collect()
         };
-        (names("--free", &sought.free), names("--fix", &sought.fix))
+        (names(Argument::Free, &sought.free), names(Argument::Fix, &sought.fix))
     }
 
-    /// Variants and settings of the command line.
+    /// Variants and settings from outside the model file.
     pub(crate) fn options(&mut self, choices: &ModelChoices) -> Result<ModelOptions, WorkError> {
         let mut options = ModelOptions::default();
         for choice in &choices.variant {
             let Some((variant, chosen)) = choice.split_once('=') else {
-                return Err(WorkError::Usage(format!(
-                    "`--variant {choice}` needs the form NAME=CHOICE, as in `--variant flow=static`"
-                )));
+                let form =
+                    UsageError::form(Argument::Variant, choice, "NAME=CHOICE", "flow=static");
+                return Err(form.into());
             };
-            let variant = self.name("--variant", variant.trim());
-            options.variants.push((variant, self.name("--variant", chosen.trim())));
+            let variant = self.name(Argument::Variant, variant.trim());
+            options.variants.push((variant, self.name(Argument::Variant, chosen.trim())));
         }
         for text in &choices.set {
-            let source = self.argument("--set", text);
+            let source = self.argument(Argument::Set, text);
             if let Ok((name, value)) =
                 syntax::parse_setting(source, &self.sources, &mut self.diagnostics)
             {
@@ -126,7 +127,7 @@ impl<'a> Compilation<'a> {
             }
         }
         if choices.at_rest {
-            options.starts_at_rest = Some(self.name("--start", "steady").span);
+            options.starts_at_rest = Some(self.name(Argument::Start, "steady").span);
         }
         Ok(options)
     }
@@ -160,7 +161,7 @@ impl<'a> Compilation<'a> {
         let asts = pipeline::load(main, &mut read, sources, diagnostics);
         let mut wanted = Vec::with_capacity(apply.len());
         for text in apply {
-            let argument = self.argument("--apply", text);
+            let argument = self.argument(Argument::Apply, text);
             let effect = asked(path, argument, self)?;
             wanted.extend(effect.ok());
         }
@@ -270,5 +271,5 @@ pub fn digest_of_texts(
 /// The text of a model file.
 pub(crate) fn read_model(files: &dyn FileSystem, path: &Path) -> Result<String, WorkError> {
     read_text(files, path)
-        .map_err(|reason| WorkError::Found(format!("cannot read `{}`: {reason}", path.display())))
+        .map_err(|reason| UnusableFile::Unreadable { path: path.to_owned(), reason }.into())
 }

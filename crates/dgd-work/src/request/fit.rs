@@ -9,7 +9,6 @@ use dgd_runtime::signature::choices;
 use super::{FreeParameters, JournalChoice, LinearizeAt, ModelChoices, SolverOptions};
 #[cfg(feature = "clap")]
 use super::{chosen, values};
-use crate::error::WorkError;
 
 /// A fit.
 #[derive(Debug, Clone)]
@@ -308,34 +307,6 @@ impl Default for RegressionRequest {
             start_variance: 10.0,
             most_variance: None,
             normalise: Normalisation::None,
-        }
-    }
-}
-
-impl RegressionRequest {
-    /// Checks that `--evaluations` applies to the estimator.
-    pub(crate) fn verify_evaluations(&self, most: Option<usize>) -> Result<(), WorkError> {
-        if most.is_none() || self.estimator.searches() {
-            return Ok(());
-        }
-        let name = self.estimator.name();
-        Err(WorkError::Usage(format!(
-            "`--evaluations` limits a search, and `--estimator {name}` has none"
-        )))
-    }
-
-    /// The operating point of linear models, if the estimator uses them.
-    ///
-    /// # Errors
-    ///
-    /// If `--at` is given for another estimator.
-    pub(crate) fn place(&self) -> Result<Option<LinearizeAt>, WorkError> {
-        match (self.estimator.approach(), self.at) {
-            (EstimationApproach::LinearSimulation, at) => Ok(Some(at.unwrap_or(LinearizeAt::Mean))),
-            (_, None) => Ok(None),
-            (_, Some(_)) => {
-                Err(WorkError::Usage("`--at` needs `--estimator linearised`".to_owned()))
-            }
         }
     }
 }

@@ -2,13 +2,14 @@
 
 use std::path::PathBuf;
 
+use dgd_compiler::argument::{Argument, ArgumentUse};
 use dgd_compiler::expr::{Node, Symbol};
 use dgd_compiler::model::Model;
 use dgd_identify::{NoiseSource, Recording};
 use dgd_runtime::Signature;
 use dgd_runtime::signature::{Density, Distribution};
 
-use crate::error::WorkError;
+use crate::error::{UsageError, WorkError};
 use crate::request::{FitRequest, NoiseFrom};
 use crate::session::TaskContext;
 
@@ -17,18 +18,15 @@ use crate::session::TaskContext;
 /// # Errors
 ///
 /// [`WorkError::Usage`] with the name of the output.
-pub(crate) fn refuse(signature: &Signature, who: &str) -> Result<(), WorkError> {
+pub(crate) fn refuse(signature: &Signature, task: &'static str) -> Result<(), WorkError> {
     let Some(density) = signature.densities.first() else { return Ok(()) };
-    let name = &signature.outputs[density.output].name;
-    Err(WorkError::Usage(format!(
-        "the `noise` of `{name}` is more than a number, which {who} does not take: `dgd fit` by `--estimator \
-         output-error` does"
-    )))
+    let output = signature.outputs[density.output].name.to_string();
+    Err(UsageError::DensityNotTaken { output, task }.into())
 }
 
 /// Remarks that standard deviations of readings are ignored, and what is used instead.
 pub(crate) fn remark_unused(output: &str, instead: &str, session: TaskContext<'_>) {
-    session.remark(&format!("the column `std({output})` is not used: {instead}"));
+    session.remark(format!("the column `std({output})` is not used: {instead}"));
 }
 
 /// The noise of each used and measured output.
@@ -60,13 +58,12 @@ pub(crate) fn of_outputs(
                 let is_level = request.regression.estimator.is_filter()
                     && parameter_of(model, density).is_some();
                 if !is_level {
-                    let what = format!("the `noise` of `{}` is more than a number", output.name);
-                    verify_takes_densities(request, &what)?;
+                    verify_takes_densities(request, &output.name, false)?;
                 }
                 NoiseSource::Density(density)
             }
             _ if has_column => {
-                verify_takes_densities(request, &format!("`std({})` is a column", output.name))?;
+                verify_takes_densities(request, &output.name, true)?;
                 verify_columns(i, &output.name, (&request.data, train))?;
                 verify_columns(i, &output.name, (&request.valid, valid))?;
                 NoiseSource::Recorded
@@ -88,17 +85,23 @@ pub(crate) fn parameter_of(model: &Model, density: Density) -> Option<usize> {
 }
 
 /// Whether the requested options support likelihoods of single readings.
-fn verify_takes_densities(request: &FitRequest, what: &str) -> Result<(), WorkError> {
-    let refused = |who: &str| Err(WorkError::Usage(format!("{what}, which {who} does not take")));
+fn verify_takes_densities(
+    request: &FitRequest,
+    output: &str,
+    is_column: bool,
+) -> Result<(), WorkError> {
+    let refused = |by: ArgumentUse| {
+        Err(UsageError::NoiseNotTaken { output: output.to_owned(), is_column, by }.into())
+    };
     let estimator = request.regression.estimator;
     if !estimator.simulates_model() {
-        return refused(&format!("`--estimator {}`", estimator.name()));
+        return refused(Argument::Estimator.with(estimator.name()));
     }
     if request.intervals.bootstrap > 0 {
-        return refused("`--bootstrap`");
+        return refused(Argument::Bootstrap.into());
     }
     if request.intervals.information {
-        return refused("`--information`");
+        return refused(Argument::Information.into());
     }
     Ok(())
 }
@@ -113,8 +116,5 @@ fn verify_columns(
         recording.measured[output].is_some() && recording.deviations_of(output).is_none()
     };
     let Some(r) = recordings.iter().position(lacks) else { return Ok(()) };
-    Err(WorkError::Usage(format!(
-        "`{}` has no column `std({name})`, which other recordings have: give it to all or none",
-        paths[r].display()
-    )))
+    Err(UsageError::NoDeviations { path: paths[r].clone(), output: name.to_owned() }.into())
 }

@@ -3,11 +3,11 @@
 use dgd_compiler::pipeline::SensitivityDirections;
 use dgd_execute::LoadedSystem;
 use dgd_runtime::{
-    EvaluationPoint, Inputs, LimitSide, Pattern, Signature, System, Unit, consistent_start,
-    discrete_numbers,
+    EvaluationPoint, Inputs, IntegrateError, LimitSide, Pattern, Signature, System, Unit,
+    consistent_start, discrete_numbers,
 };
 
-use crate::error::WorkError;
+use crate::error::{ComputationError, UnusableFile, UsageError, WorkError};
 use crate::model::load;
 use crate::request::RunRequest;
 use crate::run::ModelRun;
@@ -30,7 +30,7 @@ pub struct ModelEquations {
     inputs: Inputs,
     times: Vec<f64>,
     /// Initial unknowns, SI, or the reason why they could not be computed.
-    start: Result<Vec<f64>, String>,
+    start: Result<Vec<f64>, IntegrateError>,
     z: Vec<f64>,
     mass: Vec<f64>,
 }
@@ -76,15 +76,12 @@ pub fn equations(
     let signature = run.signature();
     let is_late = !(signature.delayed_inputs.is_empty() && signature.delayed_unknowns.is_empty());
     if is_late || signature.outputs.iter().any(|output| output.delay.is_some()) {
-        return Err(WorkError::Usage(format!(
-            "the model `{}` reads what was earlier, so its equations are not functions of one time",
-            signature.name
-        )));
+        return Err(UsageError::ReadsPast(signature.name.to_string()).into());
     }
     let started = consistent_start(&run.problem(), run.times[0], &run.options);
     let (start, z) = match started {
         Ok(started) => (Ok(started.y), started.z),
-        Err(error) => (Err(error.to_string()), discrete_numbers(&run.system, &run.p, run.times[0])),
+        Err(error) => (Err(error), discrete_numbers(&run.system, &run.p, run.times[0])),
     };
     let ModelRun { system, p, inputs, times, .. } = run;
     let mut mass = vec![0.0; system.signature().unknowns.len()];
@@ -122,7 +119,7 @@ impl ModelEquations {
     /// [`WorkError::Computation`]: there are no consistent ones.
     pub fn start(&self) -> Result<Vec<f64>, WorkError> {
         let start = self.start.as_ref();
-        let y = start.map_err(|error| WorkError::Computation(error.clone()))?;
+        let y = start.map_err(|error| ComputationError::Integration(error.clone()))?;
         let unit = |i: usize| self.signature().unknowns.unit(i);
         Ok(y.iter().enumerate().map(|(i, y)| unit(i).from_si(*y)).collect())
     }
@@ -238,7 +235,7 @@ impl ModelEquations {
     }
 
     fn inputs_si(&self, t: f64) -> Result<Vec<f64>, WorkError> {
-        self.inputs.cover(t, t).map_err(|error| WorkError::Found(error.to_string()))?;
+        self.inputs.cover(t, t).map_err(UnusableFile::Inputs)?;
         let mut u = vec![0.0; self.inputs.len()];
         self.inputs.value(t, LimitSide::Right, &mut u);
         Ok(u)
@@ -247,15 +244,13 @@ impl ModelEquations {
 
 /// Values in declared units as SI.
 fn in_si<'a>(
-    what: &str,
+    what: &'static str,
     values: &[f64],
     units: impl ExactSizeIterator<Item = &'a Unit>,
 ) -> Result<Vec<f64>, WorkError> {
     if values.len() != units.len() {
         let (given, needed) = (values.len(), units.len());
-        return Err(WorkError::Usage(format!(
-            "the model has {needed} {what}, and {given} are given"
-        )));
+        return Err(UsageError::ValueCount { what, needed, given }.into());
     }
     let si = values.iter().zip(units).map(|(value, unit)| value * unit.factor + unit.offset);
     Ok(si.collect())
@@ -355,7 +350,7 @@ output T_s [degF] = T
     fn what_cannot_be_evaluated_is_refused() {
         let oven = oven();
         let late = oven.rhs(EquationPoint { t: 700.0, y: &[30.0, 0.0], u: None, p: None });
-        assert!(matches!(late, Err(WorkError::Found(_))), "{late:?}");
+        assert!(matches!(late, Err(WorkError::Unusable(_))), "{late:?}");
         let short = oven.rhs(EquationPoint { t: 0.0, y: &[30.0], u: None, p: None });
         let message = short.expect_err("one number is missing").to_string();
         assert_eq!(message, "the model has 2 unknowns, and 1 are given");

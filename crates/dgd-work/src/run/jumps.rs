@@ -56,7 +56,7 @@ pub(super) fn tell_what_is_dropped(
         }
         let (name, unit) = (signature.unknowns.name(i), signature.unknowns.unit(i));
         let [declared, found] = [declared, start.y[i]].map(|value| shown(value, unit));
-        session.remark(&format!(
+        session.remark(format!(
             "note: `{name}` starts at {found}, and its declared start value of {declared} is dropped: the equations \
              determine it from the other start values"
         ));
@@ -75,7 +75,7 @@ pub(crate) fn tell_jumps(signature: &Signature, solution: &Solution, session: Ta
             2 => ", and once more later".to_owned(),
             times => format!(", and {} times later", times - 1),
         };
-        session.remark(&match jump.cause {
+        session.remark(match jump.cause {
             JumpCause::Forced => format!(
                 "note: at t = {t} s `{name}` jumps from {from} to {to} where modes change{again}: the new equations force \
                  it, and conserve no sum, as of charge or momentum, that it takes part in"

@@ -3,17 +3,14 @@
 use dgd_data::files::journal::{JournalError, JournalOpening, PriorJournal, RunJournal};
 use dgd_identify::journal::Digest;
 
-use crate::error::WorkError;
+use crate::error::{UnusableFile, UsageError, WorkError};
 use crate::request::JournalChoice;
 use crate::session::TaskContext;
 
 /// Checks that there is a journal to resume from.
 pub(crate) fn verify(keep: &JournalChoice) -> Result<(), WorkError> {
     if keep.resume && keep.out.is_none() {
-        return Err(WorkError::Usage(
-            "`--resume` goes on from what a run with `-o DIR` has kept beside it: give that `-o`"
-                .to_owned(),
-        ));
+        return Err(UsageError::ResumeWithoutOut.into());
     }
     Ok(())
 }
@@ -29,16 +26,16 @@ pub(crate) fn journal(
     let path = RunJournal::path(out);
     let shown = path.display().to_string();
     let opening = if is_resumed { JournalOpening::Resume } else { JournalOpening::Anew };
-    match RunJournal::open(path, owner(input()), opening) {
+    match RunJournal::open(path.clone(), owner(input()), opening) {
         Ok((journal, before)) => {
             match before {
                 PriorJournal::Results(n) => {
-                    session.remark(&format!("going on with {n} results from {shown}"));
+                    session.remark(format!("going on with {n} results from {shown}"));
                 }
                 PriorJournal::Nothing if is_resumed => {
-                    session.remark(&format!("nothing to go on from: {shown} is not there"));
+                    session.remark(format!("nothing to go on from: {shown} is not there"));
                 }
-                PriorJournal::Other => session.remark(&format!(
+                PriorJournal::Other => session.remark(format!(
                     "{shown} is not used: it belongs to another model, other data, other options or \
                      another build of dgd"
                 )),
@@ -46,17 +43,15 @@ pub(crate) fn journal(
             }
             Ok(Some(journal))
         }
-        Err(JournalError::InUse) if is_resumed => {
-            Err(WorkError::Found(format!("{shown} is in use: another run is still writing it")))
-        }
+        Err(JournalError::InUse) if is_resumed => Err(UnusableFile::JournalInUse(path).into()),
         Err(JournalError::InUse) => {
-            session.remark(&format!(
+            session.remark(format!(
                 "{shown} is in use by another run: this one cannot be resumed if it is ended"
             ));
             Ok(None)
         }
         Err(JournalError::Failed(error)) => {
-            session.remark(&format!(
+            session.remark(format!(
                 "this run cannot be resumed if it is ended: {shown} cannot be written: {error}"
             ));
             Ok(None)

@@ -1,6 +1,10 @@
 //! Memory checks for runs, fits, searches and ensembles.
 
-use crate::error::WorkError;
+use dgd_compiler::argument::Argument;
+use dgd_compiler::sentence;
+use dgd_compiler::sentence::Sentence;
+
+use crate::error::{ComputationError, WorkError};
 
 /// Approximate number of work vectors of all unknowns in a run.
 const VECTORS: f64 = 40.0;
@@ -9,7 +13,7 @@ const VECTORS: f64 = 40.0;
 pub(crate) struct MemoryDemand {
     bytes: f64,
     /// Its purpose, and how to reduce it.
-    reason: String,
+    reason: Sentence,
 }
 
 /// Sizes of the rows and of the work space of a run.
@@ -59,21 +63,22 @@ impl MemoryNeeds {
     /// Demands of a run.
     pub(crate) fn demands(&self) -> [MemoryDemand; 2] {
         let (fewer, smaller) = match self.directions {
-            0 => ("", "a smaller model"),
-            _ => (", or for fewer derivatives (`--to`)", "fewer derivatives (`--to`)"),
+            0 => (Sentence::default(), "a smaller model".into()),
+            _ => {
+                let fewer = sentence!["fewer derivatives (", Argument::To, ")"];
+                (sentence![", or for ", &fewer], fewer)
+            }
         };
         let (rows, derivatives) = (self.rows(), self.derivatives());
         let unknowns = counted(self.unknowns, "unknown");
         [
             MemoryDemand {
                 bytes: self.of_rows(),
-                reason: format!(
-                    "it keeps {rows}; ask for fewer rows (`--every`, `--from`, `--until`){fewer}"
-                ),
+                reason: sentence![format!("it keeps {rows}; "), fewer_rows(), fewer],
             },
             MemoryDemand {
                 bytes: self.of_work(),
-                reason: format!("it steps {unknowns}{derivatives}; ask for {smaller}"),
+                reason: sentence![format!("it steps {unknowns}{derivatives}; ask for "), smaller],
             },
         ]
     }
@@ -92,7 +97,12 @@ impl MemoryNeeds {
             1 => String::new(),
             n => format!("{n} recordings at a time, each with "),
         };
-        let threads = if side_by_side > 1 { ", or fewer threads (`--threads`)" } else { "" };
+        let threads = if side_by_side > 1 {
+            sentence![", or ", fewer_threads()]
+        } else {
+            Sentence::default()
+        };
+        let fewer_numbers = sentence!["estimate fewer numbers (", Argument::Fix, ")"];
         let unknowns = counted(self.unknowns, "unknown");
         let (rows, derivatives) = (self.rows(), work.derivatives());
         // A square matrix for each output of each recording.
@@ -100,23 +110,33 @@ impl MemoryNeeds {
         [
             MemoryDemand {
                 bytes: runs * self.of_rows(),
-                reason: format!(
-                    "it simulates {at_once}{rows}; use shorter recordings (`--from`, `--until`){threads}"
-                ),
+                reason: sentence![
+                    format!("it simulates {at_once}{rows}; use shorter recordings ("),
+                    Argument::From,
+                    ", ",
+                    Argument::Until,
+                    ")",
+                    &threads
+                ],
             },
             MemoryDemand {
                 bytes: runs * work.of_work(),
-                reason: format!(
-                    "it steps {at_once}{unknowns}{derivatives}; estimate fewer numbers (`--fix`){threads}"
-                ),
+                reason: sentence![
+                    format!("it steps {at_once}{unknowns}{derivatives}; "),
+                    &fewer_numbers,
+                    threads
+                ],
             },
             MemoryDemand {
                 bytes: squares,
-                reason: format!(
-                    "it finds {} from {}; estimate fewer numbers (`--fix`)",
-                    counted(estimates, "estimate"),
-                    counted(recordings, "recording")
-                ),
+                reason: sentence![
+                    format!(
+                        "it finds {} from {}; ",
+                        counted(estimates, "estimate"),
+                        counted(recordings, "recording")
+                    ),
+                    fewer_numbers
+                ],
             },
         ]
     }
@@ -133,22 +153,42 @@ impl MemoryNeeds {
         [
             MemoryDemand {
                 bytes: packed as f64 * (self.of_rows() + self.of_work()),
-                reason: format!(
-                    "it runs {packed} sets at a time, each with {}; ask for fewer rows (`--every`, \
-                     `--from`, `--until`) or fewer threads (`--threads`)",
-                    self.rows()
-                ),
+                reason: sentence![
+                    format!("it runs {packed} sets at a time, each with {}; ", self.rows()),
+                    fewer_rows(),
+                    " or ",
+                    fewer_threads()
+                ],
             },
             MemoryDemand {
                 bytes: 8.0 * held as f64 * self.rows as f64 * columns as f64,
-                reason: format!(
-                    "it keeps {rows} of {columns_text} for {}; ask for fewer rows (`--every`, `--from`, \
-                     `--until`) or fewer sets, or write a table (`-o x.csv`) without `--plot`",
-                    counted(held, "set")
-                ),
+                reason: sentence![
+                    format!("it keeps {rows} of {columns_text} for {}; ", counted(held, "set")),
+                    fewer_rows(),
+                    " or fewer sets, or write a table (",
+                    Argument::Out.with("x.csv"),
+                    ") without ",
+                    Argument::Plot
+                ],
             },
         ]
     }
+}
+
+fn fewer_rows() -> Sentence {
+    sentence![
+        "ask for fewer rows (",
+        Argument::Every,
+        ", ",
+        Argument::From,
+        ", ",
+        Argument::Until,
+        ")"
+    ]
+}
+
+fn fewer_threads() -> Sentence {
+    sentence!["fewer threads (", Argument::Threads, ")"]
 }
 
 fn counted(count: usize, what: &str) -> String {
@@ -169,31 +209,16 @@ fn within(what: &str, demands: &[MemoryDemand], available: Option<f64>) -> Resul
     let available = available.unwrap_or(MOST);
     let largest = demands.iter().max_by(|a, b| a.bytes.total_cmp(&b.bytes));
     match largest {
-        Some(largest) if needed > available => Err(WorkError::Computation(format!(
-            "{what} needs about {} of memory, and {} is free: {}",
-            size(needed),
-            size(available),
-            largest.reason
-        ))),
+        Some(largest) if needed > available => {
+            let (what, reason) = (what.to_owned(), largest.reason.clone());
+            Err(ComputationError::Memory { what, needed, available, reason }.into())
+        }
         _ => Ok(()),
     }
 }
 
 /// Assumed memory if a system does not report it: a terabyte.
 const MOST: f64 = 1e12;
-
-/// A number of bytes in a readable unit.
-fn size(bytes: f64) -> String {
-    let units = ["kB", "MB", "GB", "TB", "PB", "EB"];
-    let mut value = bytes / 1e3;
-    let mut unit = 0;
-    while value >= 999.5 && unit + 1 < units.len() {
-        value /= 1e3;
-        unit += 1;
-    }
-    let digits = usize::from(value < 10.0);
-    format!("{value:.digits$} {}", units[unit])
-}
 
 /// Bytes that a process can still allocate, including disk space for scratch data. `None` if the system does not report
 /// it.
@@ -243,7 +268,7 @@ mod tests {
 
     fn refusal(what: &str, demands: &[MemoryDemand], available: f64) -> String {
         match within(what, demands, Some(available)) {
-            Err(WorkError::Computation(message)) => message,
+            Err(error @ WorkError::Computation(_)) => error.to_string(),
             other => panic!("{other:?}"),
         }
     }
@@ -262,7 +287,7 @@ mod tests {
             refusal("the run", &full.demands(), 2e9),
             "the run needs about 82 GB of memory, and 2.0 GB is free: it keeps 1000 rows of \
              1000000 unknowns and 2 outputs with 4 derivatives each; ask for fewer rows \
-             (`--every`, `--from`, `--until`), or for fewer derivatives (`--to`)"
+             (`every`, `from`, `until`), or for fewer derivatives (`to`)"
         );
     }
 
@@ -275,17 +300,17 @@ mod tests {
             refusal("the fit", &full.demands_of_fit(2, 5, 1), 20e9),
             "the fit needs about 33 GB of memory, and 20 GB is free: it simulates 2 recordings at a \
              time, each with 1000 rows of 1000000 unknowns and 2 outputs; use shorter recordings \
-             (`--from`, `--until`), or fewer threads (`--threads`)"
+             (`from`, `until`), or fewer threads (`threads`)"
         );
         assert_eq!(
             refusal("the fit", &MemoryNeeds { rows: 2, ..full }.demands_of_fit(1, 1, 100), 20e9),
             "the fit needs about 32 GB of memory, and 20 GB is free: it steps 1000000 unknowns with \
-             100 derivatives each; estimate fewer numbers (`--fix`)"
+             100 derivatives each; estimate fewer numbers (`fix`)"
         );
         assert_eq!(
             refusal("the fit", &small.demands_of_fit(1, 1, 100_000), 20e9),
             "the fit needs about 160 GB of memory, and 20 GB is free: it finds 100000 estimates from \
-             1 recording; estimate fewer numbers (`--fix`)"
+             1 recording; estimate fewer numbers (`fix`)"
         );
     }
 
@@ -296,15 +321,15 @@ mod tests {
         assert_eq!(
             refusal("the ensemble", &small.demands_of_ensemble(16, 1_000_000, 6), 1e9),
             "the ensemble needs about 48 GB of memory, and 1.0 GB is free: it keeps 1000 rows of 6 \
-             columns for 1000000 sets; ask for fewer rows (`--every`, `--from`, `--until`) or fewer \
-             sets, or write a table (`-o x.csv`) without `--plot`"
+             columns for 1000000 sets; ask for fewer rows (`every`, `from`, `until`) or fewer \
+             sets, or write a table (`out = x.csv`) without `plot`"
         );
         let full = MemoryNeeds { kept: 1_000_000, ..needs() };
         assert_eq!(
             refusal("the ensemble", &full.demands_of_ensemble(8, 64, 3), 1e9),
             "the ensemble needs about 131 GB of memory, and 1.0 GB is free: it runs 8 sets at a time, \
-             each with 1000 rows of 1000000 unknowns and 2 outputs; ask for fewer rows (`--every`, \
-             `--from`, `--until`) or fewer threads (`--threads`)"
+             each with 1000 rows of 1000000 unknowns and 2 outputs; ask for fewer rows (`every`, \
+             `from`, `until`) or fewer threads (`threads`)"
         );
     }
 

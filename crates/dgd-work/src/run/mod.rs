@@ -19,15 +19,13 @@ use dgd_data::Epoch;
 use dgd_execute::Engine;
 use dgd_runtime::integrate::catalogue::AUTOMATIC;
 use dgd_runtime::linearize::rest;
-use dgd_runtime::signature::number::short;
 use dgd_runtime::{
-    BadRequest, Failure, Inputs, IntegrateError, Observations, Options, OtherMethod, Problem,
-    Signature, Solution, Steps, System, automatic_method, choose_per_sample, consistent_start,
-    find_method, method_to_begin, observe, simulate, simulate_observed,
-    simulate_with_sensitivities,
+    Failure, Inputs, IntegrateError, Observations, Options, OtherMethod, Problem, Signature,
+    Solution, Steps, System, automatic_method, choose_per_sample, consistent_start, find_method,
+    method_to_begin, observe, simulate, simulate_observed, simulate_with_sensitivities,
 };
 
-use crate::error::WorkError;
+use crate::error::{ComputationError, Interruption, UsageError, WorkError};
 use crate::model::LoadedModel;
 use crate::output::columns::is_element;
 use crate::output::conserved::combination;
@@ -146,7 +144,7 @@ impl ModelRun {
             return;
         };
         for condition in start.waiting.iter().filter_map(|k| conditions.get(*k)) {
-            session.remark(&format!(
+            session.remark(format!(
                 "note: `{condition}` holds at the start already, and acts only after it has been false"
             ));
         }
@@ -166,14 +164,14 @@ impl ModelRun {
             found.conserved.iter().map(|own| combination(self.signature(), own)).collect();
         match kept.as_slice() {
             [] => {}
-            [(formula, value)] => session.remark(&format!(
+            [(formula, value)] => session.remark(format!(
                 "note: the equations conserve `{formula}`, which keeps its declared value, {value}"
             )),
             several => {
                 let values =
                     several.iter().map(|(formula, value)| format!("`{formula}` = {value}"));
                 let values = values.collect::<Vec<_>>().join(", ");
-                session.remark(&format!(
+                session.remark(format!(
                     "note: the equations conserve what follows, which keeps its declared values: {values}"
                 ));
             }
@@ -260,11 +258,10 @@ impl ModelRun {
             Err(Failure { error: IntegrateError::Stopped { .. }, partial })
                 if partial.is_empty() =>
             {
-                let words = "stopped by Ctrl-C before the first row: there is nothing to keep";
-                return Err(WorkError::Interrupted(words.to_owned()));
+                return Err(Interruption::NoRow.into());
             }
             Err(Failure { error, partial }) if partial.is_empty() => {
-                return Err(WorkError::Computation(error.to_string()));
+                return Err(ComputationError::Integration(error).into());
             }
             Err(Failure { error, partial }) => (*partial, Some(error)),
         };
@@ -330,13 +327,9 @@ fn needs_data(signature: &Signature) -> WorkError {
     let inputs: Vec<String> = signature
         .inputs
         .iter()
-        .map(|input| format!("`{} [{}]`", input.name, input.unit.symbol))
+        .map(|input| format!("{} [{}]", input.name, input.unit.symbol))
         .collect();
-    WorkError::Usage(format!(
-        "model `{}` has inputs: give a file with the columns `time [s]`, {} by `--data FILE`",
-        signature.name,
-        inputs.join(", ")
-    ))
+    UsageError::NeedsData { model: signature.name.to_string(), inputs }.into()
 }
 
 /// Loads a program with the requested engine.
@@ -347,7 +340,7 @@ pub(crate) fn executable(
     let engine = args.engine;
     let system = dgd_execute::LoadedSystem::with_engine(program, engine);
     if engine == Engine::Native {
-        system.compile().map_err(|error| WorkError::Computation(error.to_string()))?;
+        system.compile().map_err(ComputationError::NativeCode)?;
     }
     Ok(system)
 }
@@ -362,9 +355,9 @@ pub(crate) fn options(args: &SolverOptions) -> Result<Options, WorkError> {
     };
     if args.method != AUTOMATIC {
         let method = find_method(&args.method);
-        options.method = method.map_err(|error| WorkError::Usage(error.to_string()))?;
+        options.method = method.map_err(UsageError::UnknownMethod)?;
     }
-    options.verify().map_err(|error: BadRequest| WorkError::Computation(error.to_string()))?;
+    options.verify().map_err(ComputationError::Options)?;
     Ok(options)
 }
 
@@ -391,8 +384,8 @@ pub(crate) fn with_method_per_sample(
     if args.method != AUTOMATIC || !matches!(options.steps, Steps::PerSample(_)) {
         return Ok(options);
     }
-    let choice = choose_per_sample(problem, times, &options)
-        .map_err(|error| WorkError::Computation(error.to_string()))?;
+    let choice =
+        choose_per_sample(problem, times, &options).map_err(ComputationError::Integration)?;
     Ok(Options { method: choice.method, ..options })
 }
 
@@ -409,7 +402,7 @@ pub(crate) fn with_method_to_begin<'a>(
     }
     let other = runs.into_iter().find_map(|(problem, t)| method_to_begin(&problem, t, &options));
     let Some(OtherMethod { method, equation, t }) = other else { return options };
-    session.remark(&format!(
+    session.remark(format!(
         "note: `{}` cannot begin at t = {t} s, where a derivative of equation `{equation}` is not \
          finite; the method is `{}`",
         options.method.name, method.name
@@ -422,15 +415,10 @@ fn times(args: &RunRequest, recording: Option<&RunRecording>) -> Result<Vec<f64>
     let sampled = recording.map(|recording| recording.times.as_slice());
     let first = args.solve.from.or(sampled.and_then(|t| t.first().copied())).unwrap_or(0.0);
     let Some(last) = args.solve.until.or(sampled.and_then(|t| t.last().copied())) else {
-        return Err(WorkError::Usage(
-            "how long? give the last time by `--until T`, in s, or a recording by `--data FILE`"
-                .to_owned(),
-        ));
+        return Err(UsageError::NoEnd.into());
     };
     if first > last {
-        return Err(WorkError::Usage(format!(
-            "`--until`: the run would end at {last} s, before it begins at {first} s"
-        )));
+        return Err(UsageError::EndsBeforeBegin { last, first }.into());
     }
     let every = match (args.every, sampled) {
         (Some(every), _) => every,
@@ -452,11 +440,7 @@ fn times(args: &RunRequest, recording: Option<&RunRecording>) -> Result<Vec<f64>
     }
     let rows = (last - first) / every;
     if rows > MOST_ROWS {
-        return Err(WorkError::Usage(format!(
-            "`--every {every:e}` asks for {} rows; a run has at most {}",
-            short(rows, 2),
-            short(MOST_ROWS, 2)
-        )));
+        return Err(UsageError::TooManyRows { every, rows, most: MOST_ROWS }.into());
     }
     // A final step shorter than rounding is left out.
     let whole = (rows + 1e-9).floor();
@@ -486,13 +470,10 @@ pub(crate) fn measured_start(
         .map(|samples| samples.as_ref()?.get(row).copied().filter(|value| value.is_finite()))
         .collect();
     if first.iter().all(Option::is_none) {
-        return Err(WorkError::Usage(
-            "`--start measured` needs data with at least one output of the model in its first row"
-                .to_owned(),
-        ));
+        return Err(UsageError::StartNotMeasured.into());
     }
     let noise: Vec<f64> =
         signature.outputs.iter().map(|output| output.noise.unwrap_or(output.unit.factor)).collect();
-    dgd_runtime::start_from_outputs(problem, t, &first, &noise, options)
-        .map_err(|error| WorkError::Computation(error.to_string()))
+    Ok(dgd_runtime::start_from_outputs(problem, t, &first, &noise, options)
+        .map_err(ComputationError::MeasuredStart)?)
 }

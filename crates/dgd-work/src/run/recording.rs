@@ -12,7 +12,7 @@ use dgd_execute::LoadedSystem;
 use dgd_identify::Recording as Experiment;
 use dgd_runtime::{InputColumn, Inputs, Options, Problem, Signature, System};
 
-use crate::error::WorkError;
+use crate::error::{ComputationError, UsageError, WorkError};
 use crate::model::Compilation;
 use crate::request::{SolverOptions, StartChoice};
 use crate::run::{densities, measured_start};
@@ -54,8 +54,7 @@ impl RunRecording {
                 values,
             })
             .collect();
-        Inputs::recorded(&self.times, &columns)
-            .map_err(|error| WorkError::Computation(error.to_string()))
+        Ok(Inputs::recorded(&self.times, &columns).map_err(ComputationError::Inputs)?)
     }
 
     /// Reads a data file; `None` after mistakes, which are reported.
@@ -83,7 +82,7 @@ impl RunRecording {
             // A column without any value counts as not measured.
             if samples.as_ref().is_some_and(|samples| !samples.iter().any(|y| y.is_finite())) {
                 *samples = None;
-                session.remark(&format!(
+                session.remark(format!(
                     "`{}`: the column `{}` has no value in any row, and is not used",
                     path.display(),
                     output.name
@@ -162,7 +161,7 @@ impl RunRecording {
         self.inputs.iter().map(|values| values[row]).collect()
     }
 
-    /// The part between `--from` and `--until` for a fit, with initial values from the source given by `--start`.
+    /// The part between the first and the last time for a fit, with initial values from the requested source.
     pub(crate) fn experiment(
         &self,
         system: &LoadedSystem,
@@ -176,10 +175,8 @@ impl RunRecording {
         let from = args.from.map_or(0, |from| times.partition_point(|t| *t < from));
         let until = args.until.map_or(times.len(), |to| times.partition_point(|t| *t <= to));
         let Some(&first) = times[..until].get(from) else {
-            return Err(WorkError::Usage(format!(
-                "`{}` has no sample between `--from` and `--until`",
-                path.display()
-            )));
+            let path = path.to_owned();
+            return Err(UsageError::NothingBetween { path, what: "sample" }.into());
         };
         let window = |samples: &Vec<f64>| samples[from..until].to_vec();
         let outputs = self.measured.outputs.iter();

@@ -111,7 +111,7 @@ impl ScreenModel<'_> {
                     "no_column",
                     &[],
                     format!("there is no column for the input `{name}`"),
-                    &format!("add `{name} [{}]`, or `--rename` the column that it is", unit.symbol),
+                    &format!("add `{name} [{}]`, or rename the column that it is", unit.symbol),
                 ));
             }
         }
@@ -142,7 +142,7 @@ impl ScreenModel<'_> {
                     "unknown_column",
                     &names,
                     format!("the model does not know `{}`", column.name),
-                    "nothing, if it is not meant to be one of the model's; else `--rename` it",
+                    "nothing, if it is not meant to be one of the model's; else rename it",
                 ),
             });
         }
@@ -352,13 +352,14 @@ fn is_sensor_of(column: &str, output: &str, table: &DataTable) -> bool {
 }
 
 fn of_diagnostic(kind: &'static str, name: &str, diagnostic: &Diagnostic) -> Notice {
+    let help = diagnostic.help.as_ref().map(ToString::to_string);
     Notice {
         weight: Severity::Fault,
         ..remark(
             kind,
             &[name.to_owned()],
             diagnostic.message.clone(),
-            diagnostic.help.as_deref().unwrap_or("write the unit that the values are in"),
+            &help.unwrap_or_else(|| "write the unit that the values are in".to_owned()),
         )
     }
 }

@@ -19,6 +19,7 @@ mod units;
 
 use std::path::{Path, PathBuf};
 
+use dgd_compiler::argument::Argument;
 use dgd_compiler::diagnostics::Diagnostics;
 use dgd_compiler::pipeline::SensitivityDirections;
 use dgd_compiler::source::SourceMap;
@@ -32,7 +33,7 @@ use dgd_screen::{Channel, ScreenOptions, ScreenedRecord, Screening, Severity, Ti
 use serde::{Serialize, Serializer};
 use serde_json::Value;
 
-use crate::error::{TaskEnd, WorkError, meant};
+use crate::error::{TaskEnd, UsageError, WorkError};
 use crate::model::{LoadedModel, load};
 use crate::output::json_text;
 use crate::output::provenance::{DataFile, Provenance};
@@ -147,8 +148,8 @@ impl ScreeningResults {
         match faults {
             0 => TaskEnd::Done,
             _ if !self.is_check => TaskEnd::Done,
-            1 => TaskEnd::Found("one fault was found".to_owned()),
-            n => TaskEnd::Found(format!("{n} faults were found")),
+            1 => TaskEnd::Found("one fault was found".into()),
+            n => TaskEnd::Found(format!("{n} faults were found").into()),
         }
     }
 }
@@ -225,22 +226,22 @@ fn wishes(
         tables.iter().flat_map(|(_, table)| &table.columns).map(|c| c.name.as_str()).collect();
     known.sort_unstable();
     known.dedup();
-    let verify = |flag: &str, name: &str| {
+    let verify = |argument: Argument, name: &str| {
         if known.contains(&name) {
             return Ok(name.to_owned());
         }
-        let meant = meant(name, &known);
-        Err(WorkError::Usage(format!("`{flag}`: there is no column `{name}`; {meant}")))
+        let known = known.iter().map(|&name| name.to_owned()).collect();
+        let (given, kind, name) = (Some(argument.into()), "column", name.to_owned());
+        Err(UsageError::Unknown { given, kind, name, known })
     };
     let mut same = Vec::new();
     for text in &request.same {
         let names: Vec<String> = text
             .split(',')
-            .map(|name| verify("--same", name.trim()))
-            .collect::<Result<_, WorkError>>()?;
+            .map(|name| verify(Argument::Same, name.trim()))
+            .collect::<Result<_, UsageError>>()?;
         if names.len() < 2 {
-            let message = format!("`--same {text}` needs two names or more, with commas");
-            return Err(WorkError::Usage(message));
+            return Err(UsageError::OneName(Argument::Same.with(text)).into());
         }
         for (at, one) in names.iter().enumerate() {
             for other in &names[at + 1..] {
@@ -248,8 +249,7 @@ fn wishes(
                     table.column(one).is_some() && table.column(other).is_some()
                 };
                 if !tables.iter().any(has_both) {
-                    let message = format!("`--same`: no recording has both `{one}` and `{other}`");
-                    return Err(WorkError::Usage(message));
+                    return Err(UsageError::NeverTogether([one.clone(), other.clone()]).into());
                 }
                 same.push([one.clone(), other.clone()]);
             }
@@ -262,12 +262,10 @@ fn wishes(
             (rate.is_finite() && rate > 0.0).then_some((name.trim(), rate))
         });
         let Some((name, rate)) = parsed else {
-            return Err(WorkError::Usage(format!(
-                "`--rest {text}` needs the form NAME=RATE, a positive change per second in the \
-                 column's unit, as in `--rest q_ssp=2`"
-            )));
+            let form = "NAME=RATE, a positive change per second in the column's unit";
+            return Err(UsageError::form(Argument::Rest, text, form, "q_ssp=2").into());
         };
-        rest.push((verify("--rest", name)?, rate));
+        rest.push((verify(Argument::Rest, name)?, rate));
     }
     Ok(ScreenSettings { same, window: request.window, rest })
 }

@@ -234,7 +234,7 @@ fn said(
         ChannelFault::Unlike => say(
             "unlike",
             format!("`{one}` and `{other}` do not move alike, and are said to measure the same"),
-            "one of them is wrong, or `--same` is",
+            "one of them is wrong, or they do not measure the same",
             None,
         ),
         ChannelFault::Opposed(correlation) => say(

@@ -6,7 +6,7 @@ use dgd_screen::Severity;
 
 use super::notice::{reading, unit_of};
 use super::{ScreenedRecording, ScreeningResults, figure, summary};
-use crate::error::WorkError;
+use crate::error::{UnusableFile, WorkError};
 use crate::output::page::origin;
 use crate::output::quantity::{short, with_unit};
 
@@ -45,9 +45,7 @@ pub(super) fn write(all: &ScreeningResults) -> Result<String, WorkError> {
     page.push_header(&kind, &Markup::text(&headline), tone, &[]);
     let recordings = all.recordings.iter().map(|one| recording(one, &mut page)).collect();
     let body = ScreenPage { recordings };
-    let body = body
-        .render()
-        .map_err(|error| WorkError::Found(format!("cannot write the report: {error}")))?;
+    let body = body.render().map_err(UnusableFile::Report)?;
     page.push(&Markup::trusted(body));
     Ok(page.finish(&origin(&all.provenance, &all.command)))
 }

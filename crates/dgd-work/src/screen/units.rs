@@ -2,7 +2,9 @@
 
 use std::path::PathBuf;
 
+use dgd_compiler::argument::Argument;
 use dgd_compiler::diagnostics::{Code, Diagnostic, Diagnostics, ErrorReported};
+use dgd_compiler::sentence;
 use dgd_compiler::units::{Dimension, Unit, convert};
 use dgd_data::{DataColumn, DataTable};
 
@@ -79,10 +81,11 @@ fn to_unit_of(column: &mut DataColumn, first: &DataColumn) -> Result<(), Box<Dia
             Err(Box::new(
                 Diagnostic::new(Code::IncompatibleColumnUnit, column.place, message)
                     .label(first.place, format!("`{}` is in `{}` here", first.name, to.symbol))
-                    .help(
-                        "what is put side by side needs one kind of unit: screen them apart, or \
-                           give a column another name by `--rename`",
-                    ),
+                    .help(sentence![
+                        "what is put side by side needs one kind of unit: screen them apart, or give a column another \
+                         name by ",
+                        Argument::Rename
+                    ]),
             ))
         }
         (Some(unit), None) => Err(Box::new(without_unit(first, column, unit))),
@@ -94,6 +97,7 @@ fn without_unit(column: &DataColumn, other: &DataColumn, unit: &Unit) -> Diagnos
     column.fault.clone().unwrap_or_else(|| {
         let message = format!("the column `{}` has no unit", column.name);
         Diagnostic::new(Code::MalformedHeader, column.place, message)
+            .about(&column.name)
             .label(other.place, format!("`{}` is in `{}` here", other.name, unit.symbol))
             .help(format!("write `{} [{}]`", column.name, unit.symbol))
     })

@@ -3,6 +3,7 @@
 mod page;
 pub mod verify;
 
+use dgd_compiler::argument::Argument;
 use dgd_compiler::diagnostics::{Code, Diagnostic};
 use dgd_compiler::pipeline::SensitivityDirections;
 use dgd_plot::{Figure, MathText, SeriesMeaning};
@@ -98,13 +99,13 @@ pub fn sensitivity(
     let PartialRun { solution, observations, stopped } = reached?;
     tell_jumps(run.signature(), &solution, session);
     for fold in &solution.folds {
-        session.remark(&format!("note: {fold}"));
+        session.remark(format!("note: {fold}"));
     }
     for undefined in &solution.undefined {
-        session.remark(&format!("note: {undefined}"));
+        session.remark(format!("note: {undefined}"));
     }
     for one_sided in &solution.one_sided {
-        session.remark(&format!("note: {one_sided}"));
+        session.remark(format!("note: {one_sided}"));
     }
     let verified =
         (cfg!(feature = "estimators") && request.verify_sensitivities && stopped.is_none())
@@ -192,10 +193,10 @@ impl Sensitivities {
     pub fn ended(&self) -> TaskEnd {
         if let Some(error) = &self.stopped {
             let ended = if self.is_interrupted { TaskEnd::Interrupted } else { TaskEnd::Stopped };
-            return ended(error.clone());
+            return ended(error.clone().into());
         }
         let wrong = self.verification.as_ref().and_then(verify::VerificationReport::wrong);
-        wrong.map_or(TaskEnd::Done, TaskEnd::Stopped)
+        wrong.map_or(TaskEnd::Done, |wrong| TaskEnd::Stopped(wrong.into()))
     }
 
     /// Its page, with the command that reproduces it.
@@ -249,7 +250,7 @@ fn compared(
     compared.collect()
 }
 
-/// Compiles the model with sensitivities to `--to`, and resolves the names of `--of`.
+/// Compiles the model with the requested sensitivities, and resolves the names of quantities.
 fn load(
     request: &SensitivityRequest,
     session: TaskContext<'_>,
@@ -260,7 +261,7 @@ fn load(
         SensitivityDirections::All
     } else {
         SensitivityDirections::Named(
-            request.to.iter().map(|name| compilation.name("--to", name.trim())).collect(),
+            request.to.iter().map(|name| compilation.name(Argument::To, name.trim())).collect(),
         )
     };
     let apply = &request.run.choices.apply;
@@ -277,7 +278,7 @@ fn load(
     let output = |name: &str| outputs.iter().position(|x| *x == name);
     let mut quantities = Vec::new();
     for name in &request.of {
-        let name = compilation.name("--of", name.trim());
+        let name = compilation.name(Argument::Of, name.trim());
         let quantity = unknown(&name.text).map(DifferentiableQuantity::Unknown);
         if let Some(quantity) =
             quantity.or_else(|| output(&name.text).map(DifferentiableQuantity::Output))

@@ -3,6 +3,7 @@
 use std::io::{self, Write};
 use std::sync::atomic::{AtomicUsize, Ordering};
 
+use dgd_compiler::argument::Argument;
 use dgd_compiler::diagnostics::Diagnostics;
 use dgd_compiler::pipeline::SensitivityDirections;
 use dgd_data::write::{OutputColumn, write_header, write_rows};
@@ -12,7 +13,7 @@ use dgd_runtime::ensemble::{Member, Trajectory, members_at_a_time};
 use dgd_runtime::{IntegrateError, Statistics, Unit, side};
 use serde_json::{Value, json};
 
-use crate::error::{TaskEnd, WorkError};
+use crate::error::{OutputPart, TaskEnd, UnusableFile, UsageError, WorkError};
 use crate::model::sets::{self, ParameterSet};
 use crate::model::{LoadedModel, load};
 use crate::output::columns::{in_unit, is_added, is_element, is_share};
@@ -113,14 +114,15 @@ impl EnsembleRuns {
         session: TaskContext<'_>,
     ) -> Result<EnsembleRuns, WorkError> {
         let Some(table) = &request.ensemble else {
-            return Err(WorkError::Usage("an ensemble needs a file of sets".to_owned()));
+            return Err(UsageError::NoSets.into());
         };
-        for (flag, is_given) in [
-            ("--noise-seed", request.noise_seed.is_some()),
-            ("--start measured", request.run.solve.start == StartChoice::Measured),
+        let is_measured = request.run.solve.start == StartChoice::Measured;
+        for (given, is_given) in [
+            (Argument::NoiseSeed.into(), request.noise_seed.is_some()),
+            (Argument::Start.with("measured"), is_measured),
         ] {
             if is_given {
-                return Err(WorkError::Usage(format!("`{flag}` is for a single run")));
+                return Err(UsageError::OfSingleRun(given).into());
             }
         }
         let choices = request.run.choices.starting(&request.run.solve);
@@ -169,7 +171,8 @@ impl EnsembleRuns {
         session: TaskContext<'_>,
     ) -> Result<(), WorkError> {
         self.verify_memory(self.sets.len())?;
-        self.each(hold, session, |_, _| Ok(())).map_err(|error| WorkError::Found(error.to_string()))
+        self.each(hold, session, |_, _| Ok(()))
+            .map_err(|error| UnusableFile::Output { what: OutputPart::Row, error }.into())
     }
 
     /// Refuses an ensemble that needs more memory than is free, with the results of `held` sets in memory at the end.
@@ -329,9 +332,10 @@ impl EnsembleRuns {
     pub fn ended(&self) -> TaskEnd {
         if self.is_interrupted {
             let (done, all) = (self.written, self.sets.len());
-            return TaskEnd::Interrupted(format!(
+            let words = format!(
                 "stopped by Ctrl-C: the result has the {done} of {all} sets that were done"
-            ));
+            );
+            return TaskEnd::Interrupted(words.into());
         }
         if self.failed.is_empty() {
             return TaskEnd::Done;
@@ -344,7 +348,7 @@ impl EnsembleRuns {
             lines.push("  …".to_owned());
         }
         // The successful sets are written, and the JSON lists the failed ones.
-        TaskEnd::Stopped(lines.join("\n"))
+        TaskEnd::Stopped(lines.join("\n").into())
     }
 
     /// Its page, with the command that reproduces it.

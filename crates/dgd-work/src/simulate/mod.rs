@@ -125,7 +125,7 @@ pub fn simulate(
     let PartialRun { solution, mut observations, stopped } = reached?;
     tell_jumps(run.signature(), &solution, session);
     for fold in &solution.folds {
-        session.remark(&format!("note: {fold}"));
+        session.remark(format!("note: {fold}"));
     }
     if let Some(seed) = request.noise_seed {
         noise::add(run.signature(), &mut observations, seed);
@@ -264,7 +264,7 @@ impl SimulationResult {
     /// The outcome.
     pub fn ended(&self) -> TaskEnd {
         let ended = if self.is_interrupted { TaskEnd::Interrupted } else { TaskEnd::Stopped };
-        self.stopped.clone().map_or(TaskEnd::Done, ended)
+        self.stopped.clone().map_or(TaskEnd::Done, |stopped| ended(stopped.into()))
     }
 
     /// Its figure: over time, or over the requested quantity.

@@ -1,10 +1,11 @@
 //! Outputs drawn over another quantity than time, such as characteristic curves.
 
+use dgd_compiler::argument::{Argument, ArgumentUse};
 use dgd_plot::{Figure, MathText, Panel, PlotSeries, PointLabel, SeriesMeaning, SeriesStyle};
 use dgd_runtime::{Signature, Unit};
 
 use super::SimulationResult;
-use crate::error::{WorkError, meant};
+use crate::error::{UsageError, WorkError};
 use crate::output::columns::{in_unit, is_element};
 use crate::output::quantity::rounded;
 use crate::output::{ColumnKind, NamedColumn, TimeTable};
@@ -45,19 +46,17 @@ impl Sweep {
             fine: None,
         };
         for (curves, by) in &sweep.labels {
-            let option = format!("--label {curves}={by}");
-            verify_pairs(&option, [curves, by], signature)?;
+            let given = Argument::Label.with(format!("{curves}={by}"));
+            verify_pairs(&given, [curves, by], signature)?;
         }
         for (x, y) in &sweep.marks {
-            let option = format!("--mark {x},{y}");
-            verify_pairs(&option, [x, y], signature)?;
+            let given = Argument::Mark.with(format!("{x},{y}"));
+            verify_pairs(&given, [x, y], signature)?;
             if let (Some(own), Some(axis)) = (unit_of(x, signature), unit_of(over, signature))
                 && own != axis
             {
-                return Err(WorkError::Usage(format!(
-                    "`{option}`: `{x}` is in {own}, and the axis of `{over}` in {axis}; mark points whose \
-                     first quantity is in {axis}"
-                )));
+                let (x, unit, over) = (x.clone(), own, over.clone());
+                return Err(UsageError::MarksOffAxis { given, x, unit, over, axis }.into());
             }
         }
         Ok(Some(sweep))
@@ -114,30 +113,36 @@ fn verify(name: &str, signature: &Signature) -> Result<(), WorkError> {
     if known.iter().any(|known| known == name) {
         return Ok(());
     }
-    let known: Vec<&str> = known.iter().map(String::as_str).collect();
-    let help = meant(name, &known);
-    let message = format!("`--over {name}`: no input, state or output is called so; {help}");
-    Err(WorkError::Usage(message))
+    let given = Some(Argument::Over.with(name));
+    let (kind, name) = ("input, state or output", name.to_owned());
+    Err(UsageError::Unknown { given, kind, name, known }.into())
 }
 
 /// Checks that two outputs, or arrays of outputs, match element by element.
-fn verify_pairs(option: &str, names: [&str; 2], signature: &Signature) -> Result<(), WorkError> {
+fn verify_pairs(
+    given: &ArgumentUse,
+    names: [&str; 2],
+    signature: &Signature,
+) -> Result<(), WorkError> {
     let mut known: Vec<&str> = signature.outputs.iter().map(|output| base(&output.name)).collect();
     let count = |name: &str| known.iter().filter(|known| **known == name).count();
     let [first, second] = names.map(count);
     let missing = names.into_iter().find(|name| count(name) == 0);
-    let problem = match missing {
+    let given = given.clone();
+    Err(match missing {
         Some(name) => {
             known.dedup();
-            format!("no output is called `{name}`; {}", meant(name, &known))
+            let known = known.into_iter().map(str::to_owned).collect();
+            let (kind, name) = ("output", name.to_owned());
+            UsageError::Unknown { given: Some(given), kind, name, known }
         }
-        None if first != second => format!(
-            "`{}` has {first} elements and `{}` has {second}; take two of one length",
-            names[0], names[1]
-        ),
+        None if first != second => {
+            let arrays = [(names[0].to_owned(), first), (names[1].to_owned(), second)];
+            UsageError::UnequalLengths { given, arrays }
+        }
         None => return Ok(()),
-    };
-    Err(WorkError::Usage(format!("`{option}`: {problem}")))
+    }
+    .into())
 }
 
 /// Over a column of the result: a panel for each measured output, with dots for the samples at rows of the result,

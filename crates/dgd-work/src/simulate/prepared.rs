@@ -6,7 +6,7 @@ use dgd_compiler::pipeline::SensitivityDirections;
 
 use super::{SimulationResult, table};
 use crate::check::ModelDescription;
-use crate::error::WorkError;
+use crate::error::{UsageError, WorkError};
 use crate::model::load;
 use crate::output::provenance::Provenance;
 use crate::request::{RunRequest, StartChoice};
@@ -38,7 +38,7 @@ pub fn prepare(request: &RunRequest, session: TaskContext<'_>) -> Result<Prepare
     let compiled = &loaded.compiled;
     let description = ModelDescription::describe(&path, &compiled.model, &compiled.dae, provenance);
     let mut files: Vec<PathBuf> =
-        loaded.sources.iter().map(|source| PathBuf::from(&source.name)).collect();
+        loaded.sources.files().map(|source| PathBuf::from(&source.name)).collect();
     files.extend(request.data.clone());
     files.retain(|file| session.files.is_file(file));
     let run = ModelRun::prepare(request, loaded, session)?;
@@ -66,7 +66,9 @@ impl PreparedRun {
             let parameters = &self.run.signature().parameters;
             let position = parameters.iter().position(|parameter| parameter.name == *name);
             let Some(at) = position else {
-                return Err(WorkError::Usage(format!("no parameter is called `{name}`")));
+                let known = parameters.iter().map(|parameter| parameter.name.to_string()).collect();
+                let (kind, name) = ("parameter", (*name).to_owned());
+                return Err(UsageError::Unknown { given: None, kind, name, known }.into());
             };
             let parameter = &parameters[at];
             let si = value * parameter.unit.factor + parameter.unit.offset;
@@ -74,10 +76,8 @@ impl PreparedRun {
             // The bounds were converted from the declared unit, and may have been rounded differently.
             let room = 1e-12 * si.abs();
             if !si.is_finite() || si < bounds.start() - room || si > bounds.end() + room {
-                return Err(WorkError::Usage(format!(
-                    "`{name}` cannot be {value} {}: it is beyond its bounds",
-                    parameter.unit.symbol
-                )));
+                let (name, unit) = ((*name).to_owned(), parameter.unit.symbol.to_string());
+                return Err(UsageError::BeyondBounds { name, value: *value, unit }.into());
             }
             p[at] = si;
         }

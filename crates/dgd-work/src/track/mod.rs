@@ -17,7 +17,7 @@ use dgd_runtime::{Inputs, Problem, System, start_from_outputs};
 use serde::{Serialize, Serializer};
 use serde_json::{Value, json};
 
-use crate::error::WorkError;
+use crate::error::{ComputationError, OutputPart, UnusableFile, UsageError, WorkError};
 use crate::model::Compilation;
 use crate::output::page;
 use crate::output::provenance::{self, DataFile, Provenance};
@@ -160,12 +160,12 @@ impl TrackingInput<'_> {
         format: LineFormat,
     ) -> Result<TrackingResult, WorkError> {
         let Some(first) = rows.next()? else {
-            let data = self.request.data.display();
+            let path = self.request.data.clone();
             let SolverOptions { from, until, .. } = &self.request.solve;
             return Err(if from.is_some() || until.is_some() {
-                WorkError::Usage(format!("`{data}` has no row between `--from` and `--until`"))
+                UsageError::NothingBetween { path, what: "row" }.into()
             } else {
-                WorkError::Found(format!("`{data}` has no row to track"))
+                UnusableFile::NoRow(path).into()
             });
         };
         let sample = FilterSample { t: first.t, u: &first.u, measured: &first.measured };
@@ -174,9 +174,9 @@ impl TrackingInput<'_> {
         let settings = TrackSettings::new(asked, compiled, problem, sample, &rows.measured)?;
         let used: Vec<bool> = settings.tuning.noise.iter().map(Option::is_some).collect();
         let report = RowReport::new(problem, &used, rows.epoch());
-        let (filter, row) = RunningFilter::begin(problem, &settings.tuning, sample)
-            .map_err(|error| failed(&error))?;
-        self.session.remark(&settings.text(problem));
+        let (filter, row) =
+            RunningFilter::begin(problem, &settings.tuning, sample).map_err(failed)?;
+        self.session.remark(settings.text(problem));
         let mut output = RowReceiver {
             tracking: &self,
             report: &report,
@@ -199,7 +199,7 @@ impl TrackingInput<'_> {
         })
     }
 
-    /// Initial values from the first row, with `--start measured`.
+    /// Initial values from the first row, if they are to be measured.
     fn set_start(&mut self, first: FilterSample<'_>, measured: &[bool]) -> Result<(), WorkError> {
         if self.request.solve.start != StartChoice::Measured {
             return Ok(());
@@ -208,10 +208,7 @@ impl TrackingInput<'_> {
         let samples: Vec<Option<f64>> =
             first.measured.iter().map(|value| Some(*value).filter(|v| v.is_finite())).collect();
         if !measured.contains(&true) || samples.iter().all(Option::is_none) {
-            return Err(WorkError::Usage(
-                "`--start measured` needs data with at least one output of the model in its first row"
-                    .to_owned(),
-            ));
+            return Err(UsageError::StartNotMeasured.into());
         }
         let outputs = signature.outputs.iter();
         let noise: Vec<f64> = outputs.map(|w| w.noise.unwrap_or(w.unit.factor)).collect();
@@ -223,7 +220,7 @@ impl TrackingInput<'_> {
             start: &[],
         };
         let start = start_from_outputs(&problem, first.t, &samples, &noise, &self.problem.options);
-        self.problem.start = start.map_err(|e| WorkError::Computation(e.to_string()))?;
+        self.problem.start = start.map_err(ComputationError::MeasuredStart)?;
         Ok(())
     }
 }
@@ -299,7 +296,7 @@ impl RowReceiver<'_> {
             let Some(next) = rows.next()? else { break };
             left_out = rows.take_left_out();
             let sample = FilterSample { t: next.t, u: &next.u, measured: &next.measured };
-            row = filter.step(sample).map_err(|error| failed(&error))?;
+            row = filter.step(sample).map_err(failed)?;
         }
         self.tally.missing = filter.missing_inputs().to_vec();
         self.tally.left_out = rows.n_left_out;
@@ -321,7 +318,7 @@ fn is_gone(written: io::Result<()>) -> Result<bool, WorkError> {
     match written {
         Ok(()) => Ok(false),
         Err(error) if error.kind() == io::ErrorKind::BrokenPipe => Ok(true),
-        Err(error) => Err(WorkError::Found(format!("cannot write a row: {error}"))),
+        Err(error) => Err(UnusableFile::Output { what: OutputPart::Row, error }.into()),
     }
 }
 
@@ -368,16 +365,16 @@ impl RowStatistics {
         if let Some(failure) = &row.failure {
             self.failures += 1;
             session
-                .remark(&format!("at t = {} s the model was left where it was: {failure}", row.t));
+                .remark(format!("at t = {} s the model was left where it was: {failure}", row.t));
         }
         match row.alarm {
-            Some(InnovationAlarm::Diverged { ratio, rows }) => session.remark(&format!(
+            Some(InnovationAlarm::Diverged { ratio, rows }) => session.remark(format!(
                 "at t = {} s the innovations of the last {rows} rows are {ratio:.1} times as large as \
                  expected: the filter has lost its way, or the model or the noise is not right",
                 row.t
             )),
             Some(InnovationAlarm::Recovered) => {
-                session.remark(&format!("at t = {} s the innovations are as expected again", row.t));
+                session.remark(format!("at t = {} s the innovations are as expected again", row.t));
             }
             None => {}
         }
@@ -435,18 +432,19 @@ fn stds(row: &TrackedRow) -> impl Iterator<Item = f64> {
 }
 
 /// Converts a filter error into the error that ends the command.
-fn failed(error: &FilterError) -> WorkError {
-    let message = error.to_string();
+fn failed(error: FilterError) -> WorkError {
     match error {
         FilterError::NothingTracked | FilterError::Option(_) | FilterError::NothingMeasured => {
-            WorkError::Usage(message)
+            UsageError::Filter(error).into()
         }
-        FilterError::Inputs(_) | FilterError::FirstInput { .. } => WorkError::Found(message),
+        FilterError::Inputs(_) | FilterError::FirstInput { .. } => {
+            UnusableFile::Filter(error).into()
+        }
         FilterError::Length(_)
         | FilterError::NotFollowed { .. }
         | FilterError::NoDirection { .. }
         | FilterError::Free(_)
         | FilterError::Start(_)
-        | FilterError::Stuck { .. } => WorkError::Computation(message),
+        | FilterError::Stuck { .. } => ComputationError::Filter(error).into(),
     }
 }

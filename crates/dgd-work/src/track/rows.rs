@@ -11,7 +11,7 @@ use dgd_data::select::GapPolicy;
 use dgd_data::stream::RowStream;
 use dgd_data::{self as data, Epoch, FileSystem, ReadOptions, Sha256Digest};
 
-use crate::error::WorkError;
+use crate::error::{UnusableFile, WorkError};
 use crate::request::TrackRequest;
 use crate::run::densities;
 use crate::run::recording::{KnownColumns, RunRecording, TimeColumnRule};
@@ -188,13 +188,13 @@ impl<'a> TrackRows<'a> {
                 RowSource::Stream { stream, values } => {
                     let t = match stream.next(values) {
                         Err(fault) if !(fault.is_end || self.is_strict) => {
-                            self.session.remark(&format!("{fault}; the row is left out"));
+                            self.session.remark(format!("{fault}; the row is left out"));
                             self.n_left_out += 1;
                             self.left_out
                                 .push(UnreadableRow { line: fault.line, reason: fault.what });
                             continue;
                         }
-                        read => read.map_err(|fault| WorkError::Found(fault.to_string()))?,
+                        read => read.map_err(UnusableFile::Row)?,
                     };
                     t.map(|t| TrackRow {
                         t,

@@ -2,6 +2,7 @@
 
 use std::fmt::Write as _;
 
+use dgd_compiler::argument::Argument;
 use dgd_compiler::diagnostics::{Code, Diagnostic};
 use dgd_compiler::model::ProcessNoise;
 use dgd_compiler::pipeline::CompiledStages;
@@ -14,8 +15,7 @@ use dgd_identify::filter::{
 use serde_json::{Value, json};
 
 use super::failed;
-use crate::error::WorkError;
-use crate::error::meant;
+use crate::error::{UsageError, WorkError, meant};
 use crate::model::Compilation;
 use crate::output::table::{push_table, significant};
 use crate::request::{TrackRequest, TrackerKind};
@@ -88,14 +88,14 @@ impl OptionValues {
             .map(|output| (output.name.to_owned(), output.unit.clone()))
             .collect();
         let mut values =
-            |flag: &str, texts: &[String], known: &[(String, Unit)]| -> Vec<GivenValue> {
-                texts.iter().filter_map(|text| given(compilation, flag, text, known)).collect()
+            |argument: Argument, texts: &[String], known: &[(String, Unit)]| -> Vec<GivenValue> {
+                texts.iter().filter_map(|text| given(compilation, argument, text, known)).collect()
             };
-        let process_noise = values("--process-noise", &request.process_noise, &tracked);
-        let start_std = values("--start-std", &request.start_std, &tracked);
-        let noise = values("--noise", &request.noise, &outputs);
+        let process_noise = values(Argument::ProcessNoise, &request.process_noise, &tracked);
+        let start_std = values(Argument::StartStd, &request.start_std, &tracked);
+        let noise = values(Argument::Noise, &request.noise, &outputs);
         for name in &request.outputs {
-            let name = compilation.name("--outputs", name.trim());
+            let name = compilation.name(Argument::Outputs, name.trim());
             find(compilation, &name, &outputs, "output");
         }
         let outputs = request.outputs.iter().map(|name| name.trim().to_owned()).collect();
@@ -109,13 +109,12 @@ impl OptionValues {
 ///
 /// One of them is negative, or zero where that is not allowed.
 pub(super) fn verify_deviations(request: &TrackRequest) -> Result<(), WorkError> {
-    let (some, any) = ("above 0", "0 or more");
-    let options = [
-        ("--process-noise", &request.process_noise, any),
-        ("--start-std", &request.start_std, some),
-        ("--noise", &request.noise, some),
+    let arguments = [
+        (Argument::ProcessNoise, &request.process_noise, true),
+        (Argument::StartStd, &request.start_std, false),
+        (Argument::Noise, &request.noise, false),
     ];
-    for (flag, texts, what) in options {
+    for (argument, texts, takes_zero) in arguments {
         for text in texts {
             let value = text.split_once('=').map_or("", |(_, value)| value.trim());
             // Anything else that is not a number is reported later with its place.
@@ -123,10 +122,9 @@ pub(super) fn verify_deviations(request: &TrackRequest) -> Result<(), WorkError>
             else {
                 continue;
             };
-            if !(value.is_finite() && (value > 0.0 || value == 0.0 && what == any)) {
-                return Err(WorkError::Usage(format!(
-                    "`{flag} {text}`: a standard deviation must be a number, {what}"
-                )));
+            if !(value.is_finite() && (value > 0.0 || value == 0.0 && takes_zero)) {
+                let given = argument.with(text);
+                return Err(UsageError::Deviation { given, takes_zero }.into());
             }
         }
     }
@@ -148,18 +146,18 @@ fn declared_rate(
 /// Reads `NAME=VALUE`, with the value in the declared unit or in a given one.
 fn given(
     compilation: &mut Compilation<'_>,
-    flag: &str,
+    argument: Argument,
     text: &str,
     known: &[(String, Unit)],
 ) -> Option<GivenValue> {
-    let source = compilation.argument(flag, text);
+    let source = compilation.argument(argument, text);
     let Compilation { sources, diagnostics, .. } = compilation;
     let (name, value) = syntax::parse_setting(source, sources, diagnostics).ok()?;
-    let what = if flag == "--noise" { "output" } else { "state and no parameter" };
+    let what = if argument == Argument::Noise { "output" } else { "state and no parameter" };
     let unit = find(compilation, &name, known, what)?;
     let Compilation { sources, diagnostics, .. } = compilation;
     let Expr { kind: ExprKind::Number { value: number, unit: own, .. }, span } = &value else {
-        let message = format!("`{flag}` takes a number, with a unit or without");
+        let message = "a number is needed here, with a unit or without";
         diagnostics.error(Diagnostic::new(Code::UnknownName, value.span, message));
         return None;
     };
@@ -206,18 +204,13 @@ fn find<'a>(
 
 /// The estimator with its options.
 pub(super) fn estimator(request: &TrackRequest) -> Result<FilterAlgorithm, WorkError> {
-    let refuse = |option: &str, why: &str| Err(WorkError::Usage(format!("`{option}` {why}")));
     match request.estimator {
-        TrackerKind::Ekf | TrackerKind::Ukf if request.forgetting.is_some() => refuse(
-            "--forgetting",
-            "belongs to `--estimator recursive`; in a filter, `--process-noise` says how fast \
-             parameters may change",
-        ),
-        TrackerKind::Recursive if !request.process_noise.is_empty() => refuse(
-            "--process-noise",
-            "belongs to `ekf` and `ukf`; in `--estimator recursive`, `--forgetting` says how fast \
-             parameters may change",
-        ),
+        TrackerKind::Ekf | TrackerKind::Ukf if request.forgetting.is_some() => {
+            Err(UsageError::ForgettingInFilter.into())
+        }
+        TrackerKind::Recursive if !request.process_noise.is_empty() => {
+            Err(UsageError::ProcessNoiseInRecursion.into())
+        }
         TrackerKind::Ekf => Ok(FilterAlgorithm::ExtendedKalman),
         TrackerKind::Ukf => Ok(FilterAlgorithm::Unscented(SigmaSpread::default())),
         TrackerKind::Recursive => Ok(FilterAlgorithm::Recursive {
@@ -248,7 +241,7 @@ impl TrackSettings {
         measured: &[bool],
     ) -> Result<Self, WorkError> {
         let signature = problem.system.signature();
-        let mut tuning = usual_tuning(problem, first).map_err(|error| failed(&error))?;
+        let mut tuning = usual_tuning(problem, first).map_err(failed)?;
         let usual =
             [NumberOrigin::Usual("10 % of its size"), NumberOrigin::Usual("0.1 % of its size")];
         let usual_parameter = [NumberOrigin::Usual("30 %"), NumberOrigin::Usual("10 % in an hour")];
@@ -300,19 +293,15 @@ impl TrackSettings {
                 (*sigma, origin) = (Some(value), NumberOrigin::Asked);
             }
             if sigma.is_none() {
-                without.push(format!("`{}`", output.name));
+                without.push(output.name.to_string());
             }
             noise.push(Some(origin));
         }
         if let Some(first) = without.first() {
-            let name = first.trim_matches('`');
-            let i = signature.outputs.iter().position(|output| output.name == name);
-            let unit = i.map_or("", |i| &*signature.outputs[i].unit.symbol);
-            return Err(WorkError::Usage(format!(
-                "{} declares no noise, and a filter weighs samples by it: say `noise` in the model, \
-                 give `--noise '{name}=… [{unit}]'`, or leave it out by `--outputs`",
-                without.join(", ")
-            )));
+            let mut outputs = signature.outputs.iter();
+            let output = outputs.find(|output| output.name == first.as_str());
+            let unit = output.map_or_else(String::new, |output| output.unit.symbol.to_string());
+            return Err(UsageError::FilterWithoutNoise { outputs: without, unit }.into());
         }
         Ok(TrackSettings { tuning, estimator: problem.estimator, origins, noise })
     }

@@ -117,9 +117,23 @@ fn refusal(signature: &Signature) -> Option<PerSampleError> {
         .map(|name| PerSampleError::Delay { name: name.to_string() })
 }
 
+impl PerSampleError {
+    /// Whether adaptive steps would not fail so, with the same method or another.
+    pub fn is_of_equal_steps(&self) -> bool {
+        matches!(
+            self,
+            Self::Modes { .. }
+                | Self::TimeCondition
+                | Self::Delay { .. }
+                | Self::Method { .. }
+                | Self::Inaccurate { .. }
+        )
+    }
+}
+
 impl fmt::Display for PerSampleError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        const INSTEAD: &str = "use adaptive steps (`--steps adaptive`, `Steps::Adaptive`)";
+        const INSTEAD: &str = "use adaptive steps";
         match self {
             Self::Modes { automaton } => write!(
                 f,

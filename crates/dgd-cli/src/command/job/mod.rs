@@ -16,7 +16,7 @@ use dgd_work::{Reporter, TaskEnd};
 use serde_json::json;
 
 use crate::args::{JobAction, JobArgs, JobPlaceArgs, JobRunArgs};
-use crate::command_line::{command_line, program};
+use crate::command_line::{OPTIONS, command_line, option, program};
 use crate::console::{Console, print};
 use crate::failure::CommandError;
 use crate::progress::{InterruptPolicy, ProgressDisplay};
@@ -34,13 +34,13 @@ pub(crate) fn run(args: &JobArgs, console: Console<'_>) -> Result<(), CommandErr
 
 impl From<JobError> for CommandError {
     fn from(error: JobError) -> Self {
-        CommandError::Found(error.to_string())
+        CommandError::Found(error.sentence().spelled(option))
     }
 }
 
 /// The job with an absolute folder, after a check of the options of every piece.
 fn loaded(path: &Path) -> Result<Job, CommandError> {
-    let mut job = Job::load(path)?;
+    let mut job = Job::load(path, OPTIONS)?;
     perform::verify(&job)
         .map_err(|what| CommandError::Usage(format!("`{}`: {what}", path.display())))?;
     job.folder = absolute(&job.folder)?;
@@ -93,7 +93,7 @@ fn compute(args: &JobRunArgs, console: Console<'_>) -> Result<(), CommandError> 
         job: &job,
         store: &store,
         into: &into,
-        names: &PieceKeys::new(&job.folder, &identity),
+        names: &PieceKeys::new(&job.folder, &identity, OPTIONS),
         program: &program,
         workers: args.workers.unwrap_or(cores / threads).max(1),
         threads,
@@ -115,12 +115,15 @@ fn compute(args: &JobRunArgs, console: Console<'_>) -> Result<(), CommandError> 
     );
     let ended = match tally.failed {
         0 => TaskEnd::Done,
-        n => TaskEnd::Found(format!(
-            "{n} of {} {word} failed: `dgd job status {} --into {}` says why",
-            tally.pieces,
-            args.place.job.display(),
-            args.place.into.display()
-        )),
+        n => TaskEnd::Found(
+            format!(
+                "{n} of {} {word} failed: `dgd job status {} --into {}` says why",
+                tally.pieces,
+                args.place.job.display(),
+                args.place.into.display()
+            )
+            .into(),
+        ),
     };
     let (json, printed) = (Some(json!(tally)), PrintedText::Text(text));
     finish(CommandOutput { json, printed, ..CommandOutput::new(ended) }, console)
@@ -143,7 +146,7 @@ fn known(args: &JobPlaceArgs) -> Result<(Job, FleetStore, BuildIdentity), Comman
 
 fn say_status(args: &JobPlaceArgs, console: Console<'_>) -> Result<(), CommandError> {
     let (job, store, identity) = known(args)?;
-    let status: JobStatus = status(&job, &store, &identity)?;
+    let status: JobStatus = status(&job, &store, &identity, OPTIONS)?;
     let json = Some(status.to_json(&args.job, &args.into));
     let printed = PrintedText::Text(status.to_text());
     finish(CommandOutput { json, printed, ..CommandOutput::new(TaskEnd::Done) }, console)
@@ -151,7 +154,7 @@ fn say_status(args: &JobPlaceArgs, console: Console<'_>) -> Result<(), CommandEr
 
 fn report(args: &JobPlaceArgs, console: Console<'_>) -> Result<(), CommandError> {
     let (job, store, identity) = known(args)?;
-    let fleet = fleet::collect(&job, &store, &identity)?;
+    let fleet = fleet::collect(&job, &store, &identity, OPTIONS)?;
     let saved = match console.out() {
         Some(_) => SavedContent::Folder {
             files: ResultFolder {
@@ -170,7 +173,8 @@ fn report(args: &JobPlaceArgs, console: Console<'_>) -> Result<(), CommandError>
 /// Computes pieces for another process.
 fn answer() -> Result<(), CommandError> {
     let program = program().map_err(|error| CommandError::Found(error.to_string()))?;
-    work::serve(&program, perform::perform).map_err(|error| CommandError::Found(error.to_string()))
+    work::serve(&program, OPTIONS, perform::perform)
+        .map_err(|error| CommandError::Found(error.to_string()))
 }
 
 /// All pieces with their states, one line each, for schedulers; the first line gives the build.
@@ -179,7 +183,7 @@ fn list(args: &JobPlaceArgs, console: Console<'_>) -> Result<(), CommandError> {
     let (_, identity) = this()?;
     let store = FleetStore::open(&args.into, &identity)?;
     let (into, there) = (absolute(&args.into)?, store.all()?);
-    let names = PieceKeys::new(&job.folder, &identity);
+    let names = PieceKeys::new(&job.folder, &identity, OPTIONS);
     let threads = console.threads_asked().unwrap_or(job.threads);
     print(&format!(
         "{}\n",

@@ -9,6 +9,7 @@ use dgd_job::{FailureClass, Job, Piece, PieceOutcome};
 use dgd_work::{Remarks, TaskContext, TaskEnd, WorkError, discover, fit};
 
 use crate::args::{Cli, Command};
+use crate::command_line::{OPTIONS, option};
 use crate::crash;
 use crate::scratch;
 
@@ -29,7 +30,7 @@ pub(super) fn verify(job: &Job) -> Result<(), String> {
 
 /// The command of a piece, or the reason why it is invalid.
 fn parsed(piece: &Piece) -> Result<Command, String> {
-    let words = std::iter::once("dgd".to_owned()).chain(piece.words()).map(OsString::from);
+    let words = std::iter::once("dgd".to_owned()).chain(piece.words(OPTIONS)).map(OsString::from);
     let cli = Cli::try_parse_from(words).map_err(|error| {
         let text = error.to_string();
         let text = text.trim_start_matches("error: ").trim_end();
@@ -49,14 +50,14 @@ fn computed(task: &PieceTask) -> PieceOutcome {
     if let Some(memory) = task.memory {
         scratch::limit_pieces(memory);
     }
-    let remarks = Remarks::default();
+    let remarks = Remarks::new(option);
     let session =
         TaskContext::new(&remarks).with_seed(piece.seed).with_threads(task.threads.max(1));
     let performed = match parsed(piece) {
         Err(message) => return PieceOutcome::failed(FailureClass::Usage, message),
         Ok(Command::Fit(args)) => {
             let mut request = args.request(None);
-            request.command = piece.command();
+            request.command = piece.command(OPTIONS);
             fit(&request, session).map(|fitted| {
                 let files = BTreeMap::new();
                 (fitted.to_json().clone(), stopped(fitted.ended(None)), files)
@@ -64,7 +65,7 @@ fn computed(task: &PieceTask) -> PieceOutcome {
         }
         Ok(Command::Discover(args)) => {
             let mut request = args.request(None);
-            request.command = piece.command();
+            request.command = piece.command(OPTIONS);
             discover(&request, session)
                 .and_then(|found| Ok((found.to_json(), None, texts(&found)?)))
         }
@@ -83,7 +84,7 @@ fn stopped(ended: TaskEnd) -> Option<String> {
     match ended {
         TaskEnd::Done => None,
         TaskEnd::Found(words) | TaskEnd::Stopped(words) | TaskEnd::Interrupted(words) => {
-            Some(words)
+            Some(words.spelled(option))
         }
         other => Some(format!("{other:?}")),
     }
@@ -102,5 +103,6 @@ fn failed(error: &WorkError) -> PieceOutcome {
         dgd_work::MistakeClass::Usage => FailureClass::Usage,
         _ => FailureClass::Computation,
     };
-    PieceOutcome::Failed { class, message: error.to_string(), mistakes: error.mistakes() }
+    let (message, mistakes) = (error.spelled(option), error.mistakes(option));
+    PieceOutcome::Failed { class, message, mistakes }
 }

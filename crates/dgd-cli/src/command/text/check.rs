@@ -51,8 +51,8 @@ fn write_fixes(error: &CommandError, console: Console<'_>) -> Result<usize, Comm
     for (k, source) in sources.iter().enumerate() {
         let path = Path::new(&source.name);
         let (text, n) = written(&source.text, SourceId(k as u32), &fixes);
-        // A source such as `--set` is not a file.
-        if n == 0 || !path.is_file() {
+        let is_file = sources.argument(SourceId(k as u32)).is_none() && path.is_file();
+        if n == 0 || !is_file {
             continue;
         }
         write_whole(path, |out| out.write_all(text.as_bytes()))?;

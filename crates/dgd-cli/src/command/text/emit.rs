@@ -1,10 +1,12 @@
 //! `dgd emit`: any stage of the compiler in readable form.
 
+use std::path::Path;
+
 #[cfg(feature = "emit")]
 use dgd_compiler::codegen;
 use dgd_compiler::dae::text as dae_text;
-use dgd_compiler::model::text as model_text;
 use dgd_compiler::model::typeset::{latex, markdown};
+use dgd_compiler::model::{Model, text as model_text};
 use dgd_compiler::pipeline::SensitivityDirections;
 use dgd_compiler::program::Program;
 use dgd_compiler::source::SourceMap;
@@ -31,8 +33,8 @@ pub(crate) fn run(args: &EmitArgs, console: Console<'_>) -> Result<(), CommandEr
         CompilerStage::Rust => rust(&compiled.program, &loaded.sources)?,
         CompilerStage::Latex => latex::write(&compiled.asts, &compiled.model),
         CompilerStage::Markdown => {
-            let path = args.model.display().to_string();
-            markdown::write(&compiled.asts, &compiled.model, &path)
+            let commands = run_commands(&args.model, &compiled.model);
+            markdown::write(&compiled.asts, &compiled.model, &commands)
         }
     };
     console.result(&text)
@@ -55,4 +57,16 @@ fn rust(_: &Program, _: &SourceMap) -> Result<String, CommandError> {
         "`emit --stage rust`",
         "`--stage program` lists the same operations",
     ))
+}
+
+/// Command lines that run the model in this file.
+pub fn run_commands(path: &Path, model: &Model) -> [String; 2] {
+    let path = path.display();
+    let name = &model.name;
+    let (simulated, data) =
+        if model.inputs.is_empty() { ("--until T", "") } else { ("--data FILE", " --data FILE") };
+    [
+        format!("dgd simulate {path} {simulated} --plot {name}.svg"),
+        format!("dgd linearize {path}{data} --at steady"),
+    ]
 }

@@ -89,7 +89,9 @@ impl<'a> ExprLowering<'a> {
         };
         let message = format!("the index `{}` has the name of {what}", index.text);
         Err(diagnostics.error(
-            Diagnostic::new(Code::DuplicateName, index.span, message).help("choose another name"),
+            Diagnostic::new(Code::DuplicateName, index.span, message)
+                .about(&index.text)
+                .help("choose another name"),
         ))
     }
 
@@ -116,7 +118,7 @@ impl<'a> ExprLowering<'a> {
         let name = name.as_str();
         if arguments.contains_key(name) {
             let message = format!("`{name}` is an argument, not an array");
-            return Err(diagnostics.error(not_an_array(message)));
+            return Err(diagnostics.error(not_an_array(message).about(name)));
         }
         let entry = self.scope.names.get(name).map(|entry| (entry.definition, entry.span));
         let Some((definition, place)) = entry else {
@@ -126,6 +128,7 @@ impl<'a> ExprLowering<'a> {
             let message = format!("`{name}` is {what}, not an array of states");
             Err(diagnostics.error(
                 Diagnostic::new(Code::NoDerivative, span, message)
+                    .about(&name)
                     .label(place, "declared here")
                     .help("only what is declared `state` has a derivative"),
             ))
@@ -174,7 +177,8 @@ impl<'a> ExprLowering<'a> {
             }
             definition => {
                 let message = format!("`{name}` is {}, not an array", definition.noun());
-                Err(diagnostics.error(not_an_array(message).label(place, "declared here")))
+                Err(diagnostics
+                    .error(not_an_array(message).about(name).label(place, "declared here")))
             }
         }
     }
@@ -288,6 +292,7 @@ impl<'a> ExprLowering<'a> {
             let message = format!("`{}` depends on itself", array.name);
             return Err(diagnostics.error(
                 Diagnostic::new(Code::CircularDefinition, span, message)
+                    .about(&array.name)
                     .help("an unknown that equations determine can depend on its neighbours"),
             ));
         }
@@ -329,6 +334,7 @@ impl<'a> ExprLowering<'a> {
             let span = indices.last().map_or(declared, |index| index.span);
             return Err(diagnostics.error(
                 Diagnostic::new(Code::ArrayAsNumber, span, message)
+                    .about(&name)
                     .label(declared, "declared here")
                     .help(format!("write `{name}{}`", "[…]".repeat(wanted))),
             ));
@@ -375,6 +381,7 @@ impl<'a> ExprLowering<'a> {
             format!("`{name}` has no element {element}{when}: it runs from {lower} to {upper}");
         Err(diagnostics.error(
             Diagnostic::new(Code::IndexOutOfRange, index.span, message)
+                .about(&name)
                 .label(declared, "declared here"),
         ))
     }

@@ -45,6 +45,7 @@ impl<'a> ModelResolver<'a> {
             );
             return Err(diagnostics.error(
                 Diagnostic::new(Code::NotAKnownWholeNumber, name.span, message)
+                    .about(&name.text)
                     .help("name the elements that are wanted: `output last = x[N]`"),
             ));
         }

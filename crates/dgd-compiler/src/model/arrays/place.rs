@@ -95,6 +95,7 @@ impl<'a> ModelScope<'a> {
                             let message = format!("two indices are called `{}`", index.text);
                             diagnostics.error(
                                 Diagnostic::new(Code::DuplicateName, index.span, message)
+                                    .about(&index.text)
                                     .label(first.index.span, "first here"),
                             );
                         }
@@ -154,7 +155,8 @@ impl<'a> ModelScope<'a> {
             }
         };
         let span = axes[empty.unwrap_or(0)].range.span;
-        Err(diagnostics.error(Diagnostic::new(Code::NotAKnownWholeNumber, span, message)))
+        let diagnostic = Diagnostic::new(Code::NotAKnownWholeNumber, span, message);
+        Err(diagnostics.error(diagnostic.about(&name.text)))
     }
 
     /// Checks that elements that are set from outside, `k[2]`, exist.
@@ -183,7 +185,8 @@ impl<'a> ModelScope<'a> {
                     brackets(&indices),
                     ranges.join("][")
                 );
-                diagnostics.error(Diagnostic::new(Code::IndexOutOfRange, value.span, message));
+                diagnostics
+                    .error(Diagnostic::new(Code::IndexOutOfRange, value.span, message).about(&of));
             }
         }
     }
@@ -193,7 +196,8 @@ impl<'a> ModelScope<'a> {
         let Some(earlier) = self.names.get(index.text.as_str()) else { return };
         let message =
             format!("the index `{}` has the name of {}", index.text, earlier.definition.noun());
-        let diagnostic = Diagnostic::new(Code::DuplicateName, index.span, message);
+        let diagnostic =
+            Diagnostic::new(Code::DuplicateName, index.span, message).about(&index.text);
         let is_built_in = matches!(earlier.definition, NameDefinition::Time | NameDefinition::Pi);
         diagnostics.error(if is_built_in {
             diagnostic.help("choose another name")

@@ -53,12 +53,12 @@ pub(in crate::model) fn whole(
     indices: &[LoopIndex<'_>],
     diagnostics: &mut Diagnostics,
 ) -> Result<AffineInteger, ErrorReported> {
-    let refuse = |diagnostics: &mut Diagnostics, what: String| {
-        Err(diagnostics.error(
-            Diagnostic::new(Code::NotAKnownWholeNumber, expr.span, what)
-                .help("use whole numbers, sizes and the loop's index, as in `N + 1` or `i - 1`"),
-        ))
+    let refusal = |what: String| {
+        Diagnostic::new(Code::NotAKnownWholeNumber, expr.span, what)
+            .help("use whole numbers, sizes and the loop's index, as in `N + 1` or `i - 1`")
     };
+    let refuse =
+        |diagnostics: &mut Diagnostics, what: String| Err(diagnostics.error(refusal(what)));
     let result = match &expr.kind {
         ExprKind::Number { value, unit: None, .. }
             if value.fract() == 0.0 && value.abs() <= LARGEST as f64 =>
@@ -76,7 +76,7 @@ pub(in crate::model) fn whole(
             (None, Some(size)) => Some(AffineInteger { at: (*size)?, slope: 0 }),
             (None, None) => {
                 let what = format!("`{name}` is neither a size nor the index of a loop here");
-                return refuse(diagnostics, what);
+                return Err(diagnostics.error(refusal(what).about(name)));
             }
         },
         ExprKind::Group(inner) => Some(whole(inner, sizes, indices, diagnostics)?),
@@ -226,7 +226,9 @@ pub(in crate::model) fn sizes_of<'a>(
                 return Ok(size.at);
             }
             let message = format!("the size `{}` comes to {}", name.text, size.at);
-            Err(diagnostics.error(Diagnostic::new(Code::NotAKnownWholeNumber, value.span, message)))
+            Err(diagnostics.error(
+                Diagnostic::new(Code::NotAKnownWholeNumber, value.span, message).about(&name.text),
+            ))
         });
         sizes.insert(&name.text, size);
         for user in std::mem::take(&mut users[i]) {
@@ -247,6 +249,8 @@ pub(in crate::model) fn sizes_of<'a>(
 fn depends_on_itself(name: &Name, value: Span, diagnostics: &mut Diagnostics) -> ErrorReported {
     let message = format!("the size `{}` depends on itself", name.text);
     diagnostics.error(
-        Diagnostic::new(Code::CircularDefinition, name.span, message).label(value, "through this"),
+        Diagnostic::new(Code::CircularDefinition, name.span, message)
+            .about(&name.text)
+            .label(value, "through this"),
     )
 }

@@ -34,6 +34,7 @@ pub(in crate::model) fn unit_of_declaration(
         let gone = FixEdit::replace(Span { start: value, ..behind.span }, "");
         diagnostics.error(
             Diagnostic::new(Code::UnitsOfSides, behind.span, message)
+                .about(&name.text)
                 .fix(Fix::safe(vec![moved, gone])),
         );
         return Ok(own);
@@ -42,7 +43,7 @@ pub(in crate::model) fn unit_of_declaration(
         "`{}` is declared in `{}`, but its value is in `{}`",
         name.text, declared.symbol, own.symbol
     );
-    let mistake = Diagnostic::new(Code::UnitsOfSides, behind.span, message);
+    let mistake = Diagnostic::new(Code::UnitsOfSides, behind.span, message).about(&name.text);
     Err(diagnostics.error(mistake.label(unit.span, "declared so")))
 }
 

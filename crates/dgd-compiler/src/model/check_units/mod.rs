@@ -187,6 +187,7 @@ impl UnitSpelling {
                                 self.named(dim.dimension())
                             ),
                         )
+                        .about(&name)
                         .here(self.this_is(dim.dimension())));
                     }
                 }

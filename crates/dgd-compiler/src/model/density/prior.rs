@@ -114,6 +114,7 @@ pub(in crate::model) fn within_support(
     );
     Err(diagnostics.error(
         Diagnostic::new(Code::ValueOutOfBounds, value, message)
+            .about(&parameter.declared.name)
             .label(prior, "the prior is declared here"),
     ))
 }

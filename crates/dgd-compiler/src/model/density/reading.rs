@@ -88,10 +88,11 @@ impl<'a> ModelResolver<'a> {
         if let Some(part) = part_of_value(expr, &output.unit) {
             let NoisyOutput { name, unit, .. } = output;
             let message = format!("`{part}` is not a standard deviation in `{}`", unit.symbol);
-            return Err(diagnostics
-                .error(Diagnostic::new(Code::UnitsOfSides, expr.span, message).help(format!(
-                    "a part of the value is a product: `noise {part}*abs({name})`"
-                ))));
+            return Err(diagnostics.error(
+                Diagnostic::new(Code::UnitsOfSides, expr.span, message)
+                    .about(&part)
+                    .help(format!("a part of the value is a product: `noise {part}*abs({name})`")),
+            ));
         }
         let deviation = self.deviation(output, expr, &output.unit, diagnostics)?;
         // A σ that reads the output is a formula, whatever the output's value.
@@ -244,7 +245,7 @@ fn relative(output: &NoisyOutput<'_>, span: Span) -> Diagnostic {
         "this noise is relative to `{}`, whose unit `{symbol}` has a zero of its own",
         output.name
     );
-    Diagnostic::new(Code::NoiseRelativeToOffset, span, message).help(format!(
+    Diagnostic::new(Code::NoiseRelativeToOffset, span, message).about(&output.name).help(format!(
         "declare the output in a unit that begins at nothing: `{} [{from_zero}]`",
         output.name
     ))
@@ -256,5 +257,6 @@ fn wrong_arguments(name: &str, unit: &Unit, span: Span) -> Diagnostic {
         _ => ("2 arguments", format!("student(4, 0.1 [{}])", unit.of_differences().symbol)),
     };
     Diagnostic::new(Code::ArgumentCount, span, format!("`{name}` takes {expected}"))
+        .about(&name)
         .help(format!("write `noise {example}`"))
 }

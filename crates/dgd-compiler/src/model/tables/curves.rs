@@ -83,6 +83,7 @@ impl<'a> ExprLowering<'a> {
                 let message = format!("the grid `{}` is `linear` or `cubic`", table.name.text);
                 return Err(diagnostics.error(
                     Diagnostic::new(Code::InvalidTablePoints, table.name.span, message)
+                        .about(&table.name.text)
                         .help("`pchip` goes through the points of one argument"),
                 ));
             }
@@ -142,6 +143,7 @@ impl<'a> ExprLowering<'a> {
                         let span = beside.map_or(table.name.span, |point| point.span);
                         return Err(diagnostics.error(
                             Diagnostic::new(Code::InvalidTablePoints, span, message)
+                                .about(&table.name.text)
                                 .here("a point beside it")
                                 .help("a grid has a point for each pair of its arguments"),
                         ));
@@ -169,6 +171,8 @@ fn verify_count(
     let message = format!("the table `{}` has points at one `{name}` only", table.name.text);
     Err(diagnostics.error(
         Diagnostic::new(Code::InvalidTablePoints, span, message)
+            .about(&table.name.text)
+            .about(&name)
             .help("it needs two at least; what is the same everywhere is a `constant`"),
     ))
 }

@@ -110,6 +110,7 @@ impl<'a> ExprLowering<'a> {
             "say what the table is there: `beyond hold` or `beyond extend` behind its points";
         Err(diagnostics.error(
             Diagnostic::new(Code::ArgumentBeyondTable, span, message)
+                .about(&table.name.text)
                 .label(table.name.span, "declared here")
                 .help(help),
         ))

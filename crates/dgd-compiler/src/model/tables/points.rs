@@ -87,6 +87,7 @@ impl<'a> ExprLowering<'a> {
                 repeated = Some(
                     diagnostics.error(
                         Diagnostic::new(Code::InvalidTablePoints, second, message)
+                            .about(&table.name.text)
                             .label(first, "the other one")
                             .help(fault.help),
                     ),
@@ -154,7 +155,9 @@ impl<'a> ExprLowering<'a> {
             // Once, not for each point.
             let known_error = diagnostics.said(Code::ValueCount, array.span);
             Err(known_error.unwrap_or_else(|| {
-                diagnostics.error(Diagnostic::new(Code::ValueCount, array.span, message).help(help))
+                diagnostics.error(
+                    Diagnostic::new(Code::ValueCount, array.span, message).about(name).help(help),
+                )
             }))
         };
         let Some(NameDefinition::Vector(vector)) = entry else {
@@ -186,7 +189,11 @@ impl<'a> ExprLowering<'a> {
             );
             let known_error = diagnostics.said(Code::UnitsOfSides, array.span);
             return Err(known_error.unwrap_or_else(|| {
-                diagnostics.error(Diagnostic::new(Code::UnitsOfSides, array.span, message))
+                diagnostics.error(
+                    Diagnostic::new(Code::UnitsOfSides, array.span, message)
+                        .about(&table.name.text)
+                        .about(&name),
+                )
             }));
         }
         let position = place.first + k;
@@ -261,6 +268,7 @@ fn written<'a>(
             let message = format!("`{path}` is not read here");
             return Err(diagnostics.error(
                 Diagnostic::new(Code::UnusableImport, *path_span, message)
+                    .about(&path)
                     .help("a table of an effect has its points written out"),
             ));
         }

@@ -89,6 +89,7 @@ impl<'a> ExprLowering<'a> {
         };
         Err(diagnostics.error(
             Diagnostic::new(Code::SmoothWithoutFittedValues, span, message)
+                .about(name)
                 .help("leave `smooth` out"),
         ))
     }

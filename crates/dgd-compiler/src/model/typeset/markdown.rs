@@ -1,4 +1,4 @@
-//! A model as a page in Markdown, for `dgd emit --stage markdown`: its documentation, tables of its declarations, and
+//! A model as a page in Markdown: its documentation, tables of its declarations, and
 //! its typeset equations.
 //!
 //! Formulas use the fences and inline marks that GitHub and most Markdown readers support; names in the text stay as
@@ -18,8 +18,8 @@ use crate::syntax::ast::{
     TableExtrapolation, TablePoints, UnknownKind, WrittenUnit,
 };
 
-/// Writes the page of a model that is in the file at `path`.
-pub fn write(asts: &[Ast], model: &Model, path: &str) -> String {
+/// Writes the page of a model; `commands` are the lines that run it.
+pub fn write(asts: &[Ast], model: &Model, commands: &[String]) -> String {
     let mut text = format!("# {}\n", escaped(&model.name));
     push_doc(&mut text, &model.doc);
     // The model was made from these trees, so they expand without errors.
@@ -28,7 +28,7 @@ pub fn write(asts: &[Ast], model: &Model, path: &str) -> String {
     for ast in expanded.iter().flat_map(|expanded| expanded.asts.iter()).rev() {
         for_each_item(&ast.items, model, &mut |item| declarations.add(item));
     }
-    push_run(&mut text, model, path);
+    push_run(&mut text, model, commands);
     for (title, table) in declarations.tables() {
         if table.len() > 1 {
             let _ = writeln!(text, "\n## {title}\n");
@@ -48,14 +48,8 @@ pub fn write(asts: &[Ast], model: &Model, path: &str) -> String {
 }
 
 /// How to run it, the choices made, and its parts.
-fn push_run(text: &mut String, model: &Model, path: &str) {
-    let needs = if model.inputs.is_empty() { "--until T" } else { "--data FILE" };
-    let _ = write!(
-        text,
-        "\n```sh\ndgd simulate {path} {needs} --plot {}.svg\ndgd linearize {path}{} --at steady\n```\n",
-        model.name,
-        if model.inputs.is_empty() { "" } else { " --data FILE" },
-    );
+fn push_run(text: &mut String, model: &Model, commands: &[String]) {
+    let _ = write!(text, "\n```sh\n{}\n```\n", commands.join("\n"));
     // A variant without alternatives needs no mention.
     for variant in model.variants.iter().filter(|variant| variant.choices.len() > 1) {
         let choices: Vec<String> =

@@ -156,7 +156,7 @@ fn cut(source: SourceId, text: &str, end: usize, report: &mut dyn FnMut(Diagnost
             let mut diagnostic = Diagnostic::new(mistake.code, token.span(source), mistake.message);
             let is_second = last == Some(TokenKind::Prime) && rest.starts_with('\'');
             let help = if is_second { Some(SECOND_DERIVATIVE) } else { mistake.help };
-            diagnostic.help = help.map(str::to_owned);
+            diagnostic.help = help.map(Into::into);
             report(diagnostic);
         }
         tokens.push(token);

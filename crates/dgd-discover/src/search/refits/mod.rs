@@ -206,10 +206,9 @@ impl EffectSearch<'_> {
         let results = in_parallel_stateless(wanted.len(), self.threads, |k| {
             let RefitRequest { structure, from, points } = &wanted[k];
             if data.is_spent() {
-                return Err(NoFit(data.not_tried()));
+                return Err(NoFit::NotTried(data.not_tried()));
             }
-            let structure =
-                base.structure(candidates, *structure).map_err(|refused| NoFit(refused.0))?;
+            let structure = base.structure(candidates, *structure).map_err(NoFit::Invalid)?;
             let fitted = FittedStructure::new(structure, from, points, data, evaluations);
             count.more(1);
             let mut fitted = fitted?;

@@ -7,7 +7,7 @@ import os
 from typing import Any
 
 from .. import _dgd
-from .._errors import UsageError, pythonic
+from .._errors import UsageError
 from .._show.plot import draw
 from .._show.report import Report
 
@@ -24,7 +24,7 @@ class Findings:
         self.remarks: list[str] = native.remarks
 
     def _reservations(self) -> list[str]:
-        return [pythonic(words) for words in self._native.reservations]
+        return self._native.reservations
 
     def plot(self) -> Any:
         """A `matplotlib` figure: of a fit each output of each recording, fitted and measured; of a search measured less
@@ -43,4 +43,4 @@ class Findings:
         self._native.save(os.fspath(folder))
 
     def __str__(self) -> str:
-        return pythonic(self._native.text)
+        return self._native.text

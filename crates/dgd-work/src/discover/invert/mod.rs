@@ -5,15 +5,16 @@ mod report;
 mod sensors;
 mod twin;
 
+use dgd_compiler::argument::Argument;
 use dgd_compiler::model::Model;
 use dgd_compiler::pipeline::SensitivityDirections;
 use dgd_compiler::units::parse_unit;
 use dgd_discover::{MissingTerms, NoSuchTerm, ReconstructedRecording as Readings, inputs_with};
 use dgd_identify::Recording;
-use dgd_identify::inversion::{InversionError, InversionProblem, invert as invert_equation};
+use dgd_identify::inversion::{InversionProblem, invert as invert_equation};
 use dgd_runtime::{Inputs, System, Unit};
 
-use crate::error::{WorkError, meant};
+use crate::error::{ComputationError, UsageError, WorkError};
 use crate::model::load;
 use crate::request::InvertRequest;
 use crate::run::ModelRun;
@@ -63,7 +64,8 @@ pub fn invert(
         bandwidth: request.bandwidth,
     };
     session.listener.begins(false);
-    let inverted = invert_equation(&problem).map_err(|error| refused(label, &error))?;
+    let inverted = invert_equation(&problem)
+        .map_err(|error| ComputationError::Inversion { label: label.to_owned(), error })?;
     let twin = request
         .with_estimate
         .then(|| twin::estimate(&terms, &run, &recording, &noise, session))
@@ -81,17 +83,16 @@ fn opened(model: &Model, label: &str, request: &InvertRequest) -> Result<Missing
     let engine = request.solve.engine;
     MissingTerms::of_equation(model, label, engine).map_err(|reason| match reason {
         NoSuchTerm::NoEquation => {
-            let mut labels: Vec<&str> =
-                model.all_equations().map(|equation| equation.label.as_str()).collect();
-            labels.dedup();
-            let help = meant(label, &labels);
-            WorkError::Usage(format!("`--for {label}`: no equation is called so; {help}"))
+            let mut known: Vec<String> =
+                model.all_equations().map(|equation| equation.label.clone()).collect();
+            known.dedup();
+            let given = Some(Argument::For.with(label));
+            let (kind, name) = ("equation", label.to_owned());
+            UsageError::Unknown { given, kind, name, known }.into()
         }
-        NoSuchTerm::Exact => WorkError::Usage(format!(
-            "`--for {label}`: the model declares this equation exact, so that it lacks nothing"
-        )),
+        NoSuchTerm::Exact => UsageError::ExactEquation(label.to_owned()).into(),
         NoSuchTerm::Closed(reason) => {
-            WorkError::Computation(format!("`{label}` cannot be inverted: {reason}"))
+            ComputationError::NotOpened { label: label.to_owned(), reason }.into()
         }
     })
 }
@@ -104,11 +105,8 @@ fn units(
 ) -> Result<[Unit; 2], WorkError> {
     let label = &request.equation;
     let [place] = terms.places() else {
-        let units: Vec<&str> = terms.places().iter().map(|place| place.unit.as_str()).collect();
-        return Err(WorkError::Usage(format!(
-            "`--for {label}`: equations of this label measure different things, in {}",
-            units.join(" and ")
-        )));
+        let units = terms.places().iter().map(|place| place.unit.clone()).collect();
+        return Err(UsageError::SeveralUnits { label: label.clone(), units }.into());
     };
     let si_unit = parse_unit(&place.unit).ok();
     let si = Unit { symbol: place.unit.clone().into(), factor: 1.0, offset: 0.0 };
@@ -124,28 +122,16 @@ fn units(
         Ok(unit) if si_unit.as_ref().is_none_or(|si_unit| si_unit.dimension == unit.dimension) => {
             Ok([Unit { symbol: asked.clone().into(), factor: unit.factor, offset: 0.0 }, si])
         }
-        Ok(_) => Err(WorkError::Usage(format!(
-            "`--unit {asked}`: what `{label}` lacks is measured in {}",
-            place.unit
-        ))),
-        Err(error) => Err(WorkError::Usage(format!("`--unit {asked}`: {error}"))),
+        Ok(_) => {
+            let (asked, label, unit) = (asked.clone(), label.clone(), place.unit.clone());
+            Err(UsageError::OtherDimension { asked, label, unit }.into())
+        }
+        Err(error) => Err(UsageError::UnreadableUnit { asked: asked.clone(), error }.into()),
     }
 }
 
 fn with_nothing(terms: &MissingTerms, inputs: &Inputs, times: &[f64]) -> Result<Inputs, WorkError> {
     let nothing = vec![0.0; times.len()];
     let readings = Readings { p: &[], inputs, start: &[], times, measured: &[], noise: &[] };
-    inputs_with(terms, &readings, 0, &nothing)
-        .map_err(|error| WorkError::Computation(error.to_string()))
-}
-
-fn refused(label: &str, error: &InversionError) -> WorkError {
-    let help = match error {
-        InversionError::NotMeasured { .. } => {
-            ": give the data a column for each, or another output that reads it alone"
-        }
-        InversionError::Narrow { .. } => ": give a wider one with `--bandwidth`",
-        _ => "",
-    };
-    WorkError::Computation(format!("`{label}` cannot be inverted: {error}{help}"))
+    Ok(inputs_with(terms, &readings, 0, &nothing).map_err(ComputationError::Inputs)?)
 }

@@ -1,10 +1,11 @@
 //! The measured outputs and their noise.
 
+use dgd_compiler::argument::Argument;
 use dgd_runtime::Unit;
 use dgd_screen::noise::white_noise;
 use serde_json::{Value, json};
 
-use crate::error::{WorkError, meant};
+use crate::error::{UsageError, WorkError};
 use crate::output::quantity::of_differences;
 use crate::run::ModelRun;
 
@@ -24,10 +25,10 @@ pub(super) fn sensors(run: &ModelRun, asked: &[String]) -> Result<Vec<Option<Sen
     let outputs = &run.signature().outputs;
     let names: Vec<&str> = outputs.iter().map(|output| &*output.name).collect();
     if let Some(unknown) = asked.iter().find(|name| !names.contains(&name.as_str())) {
-        let help = meant(unknown, &names);
-        return Err(WorkError::Usage(format!(
-            "`--outputs {unknown}`: no output is called so; {help}"
-        )));
+        let known = names.iter().map(|&name| name.to_owned()).collect();
+        let given = Some(Argument::Outputs.with(unknown));
+        let (kind, name) = ("output", unknown.clone());
+        return Err(UsageError::Unknown { given, kind, name, known }.into());
     }
     let times = &run.measured.times;
     let sensor = |output: usize| {

@@ -39,7 +39,7 @@ pub(super) fn estimate(
     match smoothed(terms, run, recording, noise) {
         Ok(found) => Some(found),
         Err(reason) => {
-            session.remark(&format!("the smoother gave no estimate to compare with: {reason}"));
+            session.remark(format!("the smoother gave no estimate to compare with: {reason}"));
             None
         }
     }

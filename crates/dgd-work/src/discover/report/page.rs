@@ -13,7 +13,7 @@ use super::diff::{self, ChangedLine};
 use super::equations::{self, TypesetEquation};
 use super::figures::{self, CorrectionState};
 use super::{DiscoverySubject, UNEXPLAINED, condition, guess, law, summary, together, verdict};
-use crate::error::WorkError;
+use crate::error::{UnusableFile, WorkError};
 use crate::output;
 use crate::output::quantity::{UncertainValue, moment, percent, rounded, stretches};
 
@@ -172,9 +172,7 @@ pub(super) fn write(subject: &DiscoverySubject<'_>, patch: &str) -> Result<Strin
         recordings: recordings(subject),
         trace: UNEXPLAINED,
     };
-    let body = body
-        .render()
-        .map_err(|error| WorkError::Found(format!("cannot write the report: {error}")))?;
+    let body = body.render().map_err(UnusableFile::Report)?;
     page.push(&Markup::trusted(body));
     Ok(page.finish(&origin(subject)))
 }

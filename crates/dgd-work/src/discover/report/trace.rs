@@ -4,7 +4,7 @@ use dgd_data::write::{OutputColumn, write_table};
 use dgd_discover::{MissingInput, UnexplainedError};
 use dgd_runtime::Unit;
 
-use crate::error::WorkError;
+use crate::error::{OutputPart, UnusableFile, WorkError};
 
 /// A table of time, value and standard deviation for each equation; `None` if everything is explained.
 ///
@@ -31,7 +31,7 @@ pub(super) fn table(unexplained: &[UnexplainedError]) -> Result<Option<Vec<u8>>,
         columns.iter().map(|(name, unit, values)| OutputColumn::new(name, unit, values)).collect();
     let mut text = Vec::new();
     write_table(&mut text, Some(&first.trace.times), &columns)
-        .map_err(|error| WorkError::Found(error.to_string()))?;
+        .map_err(|error| UnusableFile::Output { what: OutputPart::Table, error })?;
     Ok(Some(text))
 }
 

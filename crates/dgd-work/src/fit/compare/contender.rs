@@ -11,7 +11,7 @@ use std::path::{Path, PathBuf};
 
 use dgd_data::FileSystem;
 
-use crate::error::WorkError;
+use crate::error::{UnusableFile, UsageError, WorkError};
 use crate::request::ModelChoices;
 
 /// File extension of models.
@@ -41,8 +41,7 @@ fn split(text: &str) -> (&str, &str) {
 /// All contenders: at least two, without duplicates.
 pub(super) fn all(texts: &[String], files: &dyn FileSystem) -> Result<Vec<NamedModel>, WorkError> {
     if texts.len() < 2 {
-        let message = "`compare` needs two contenders or more: models, or folders of results";
-        return Err(WorkError::Usage(message.to_owned()));
+        return Err(UsageError::TooFewContenders.into());
     }
     let named: Vec<NamedModel> =
         texts.iter().map(|text| named(text, files)).collect::<Result<_, WorkError>>()?;
@@ -51,7 +50,7 @@ pub(super) fn all(texts: &[String], files: &dyn FileSystem) -> Result<Vec<NamedM
             .iter()
             .any(|other| (&other.model, &other.choices) == (&one.model, &one.choices))
         {
-            return Err(WorkError::Usage(format!("`{}` is there twice", one.name)));
+            return Err(UsageError::ContenderTwice(one.name.clone()).into());
         }
     }
     Ok(named)
@@ -65,8 +64,7 @@ fn named(text: &str, files: &dyn FileSystem) -> Result<NamedModel, WorkError> {
         let end = rest[1..].find(['@', '+']).map_or(rest.len(), |end| end + 1);
         let word = rest[1..end].trim().to_owned();
         if word.is_empty() {
-            let message = format!("`{text}`: nothing stands behind `{sign}`");
-            return Err(WorkError::Usage(message));
+            return Err(UsageError::NothingBehind { text: text.to_owned(), sign }.into());
         }
         if sign == '@' {
             choices.variant.push(word);
@@ -97,15 +95,11 @@ fn model_in(folder: &Path, files: &dyn FileSystem) -> Result<PathBuf, WorkError>
     models.sort();
     match models.as_slice() {
         [one] => Ok(one.clone()),
-        [] => Err(WorkError::Found(format!(
-            "`{}` has no model: name a folder that `dgd fit -o` or `dgd discover -o` has written",
-            folder.display()
-        ))),
-        several => Err(WorkError::Found(format!(
-            "`{}` has {} models: name one of them",
-            folder.display(),
-            several.len()
-        ))),
+        [] => Err(UnusableFile::NoModel(folder.to_owned()).into()),
+        several => {
+            let (folder, count) = (folder.to_owned(), several.len());
+            Err(UnusableFile::SeveralModels { folder, count }.into())
+        }
     }
 }
 

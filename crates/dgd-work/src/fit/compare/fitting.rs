@@ -1,5 +1,6 @@
 //! Fits all contenders with the same settings, one after the other; a failure does not end the others.
 
+use dgd_compiler::argument::Spelling;
 use dgd_compiler::pipeline::SensitivityDirections;
 
 use super::contender::NamedModel;
@@ -49,7 +50,7 @@ pub(super) fn all(
         match fit(&request_of(request, one, outputs, k), session) {
             Ok(fitted) => fits.fitted.push((k, fitted)),
             Err(error) => {
-                fits.failed.push(failed(reason(&error)));
+                fits.failed.push(failed(reason(&error, session.spelling())));
                 first_error.get_or_insert(of_contender(&one.name, error));
             }
         }
@@ -88,21 +89,17 @@ fn kept(keep: &JournalChoice, place: usize) -> JournalChoice {
 }
 
 /// The reason why a contender has no fit, in one line.
-fn reason(error: &WorkError) -> String {
-    let first = error.mistakes().into_iter().next();
-    let words = first.map_or_else(|| error.to_string(), |mistake| mistake.message);
+fn reason(error: &WorkError, spelling: Spelling) -> String {
+    let first = error.mistakes(spelling).into_iter().next();
+    let words = first.map_or_else(|| error.spelled(spelling), |mistake| mistake.message);
     words.split_whitespace().collect::<Vec<_>>().join(" ")
 }
 
 /// A mistake with the contender's name; diagnostics have their spans.
 fn of_contender(name: &str, error: WorkError) -> WorkError {
-    let prefixed = |words: &str| format!("`{name}`: {words}");
     match error {
         WorkError::Diagnosed { .. } => error,
-        WorkError::Found(words) => WorkError::Found(prefixed(&words)),
-        WorkError::Usage(words) => WorkError::Usage(prefixed(&words)),
-        WorkError::Computation(words) => WorkError::Computation(prefixed(&words)),
-        WorkError::Interrupted(words) => WorkError::Interrupted(prefixed(&words)),
+        _ => WorkError::Contender { name: name.to_owned(), error: Box::new(error) },
     }
 }
 

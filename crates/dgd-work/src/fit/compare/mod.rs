@@ -15,12 +15,13 @@ mod score;
 mod summary;
 
 use dgd_compiler::pipeline::SensitivityDirections;
+use dgd_compiler::sentence;
 use dgd_data::files::ResultFolder;
 use dgd_plot::Figure;
 use serde::{Serialize, Serializer};
 use serde_json::{Value, json};
 
-use crate::error::{TaskEnd, WorkError};
+use crate::error::{TaskEnd, UnusableFile, WorkError};
 use crate::fit::FitResult;
 use crate::model::load;
 use crate::output::agreement::Agreement;
@@ -137,8 +138,7 @@ fn common_outputs(
         .cloned()
         .collect();
     if common.is_empty() {
-        let message = "the contenders have no output of one name: nothing can be compared";
-        return Err(WorkError::Found(message.to_owned()));
+        return Err(UnusableFile::NoCommonOutput.into());
     }
     let are_same = outputs_of_all.iter().all(|names| names.len() == common.len());
     Ok(if are_same { Vec::new() } else { common })
@@ -240,14 +240,18 @@ impl FitComparison {
         let ends = self.contenders.iter().map(|one| (&one.name, one.fitted.ended(None)));
         let ended = ends.fold(TaskEnd::Done, |first, (name, ended)| match (first, ended) {
             (_, TaskEnd::Interrupted(why)) => TaskEnd::Interrupted(why),
-            (TaskEnd::Done, TaskEnd::Stopped(why)) => TaskEnd::Stopped(format!("{name}: {why}")),
+            (TaskEnd::Done, TaskEnd::Stopped(why)) => {
+                TaskEnd::Stopped(sentence![format!("{name}: "), why])
+            }
             (first, _) => first,
         });
         if ended != TaskEnd::Done {
             self.leave();
         }
         match (ended, self.failed.first()) {
-            (TaskEnd::Done, Some(one)) => TaskEnd::Stopped(format!("{}: {}", one.name, one.reason)),
+            (TaskEnd::Done, Some(one)) => {
+                TaskEnd::Stopped(format!("{}: {}", one.name, one.reason).into())
+            }
             (ended, _) => ended,
         }
     }

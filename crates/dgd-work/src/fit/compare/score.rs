@@ -15,7 +15,7 @@ use std::f64::consts::PI;
 
 use dgd_identify::ParameterEstimate;
 
-use crate::error::WorkError;
+use crate::error::{UnusableFile, WorkError};
 use crate::fit::FitResult;
 use crate::fit::page::traces::PageTrace;
 use crate::output::agreement::Agreement;
@@ -96,9 +96,7 @@ impl CommonSamples {
         });
         let outputs: Vec<CommonOutput> = outputs.collect();
         if outputs.is_empty() {
-            let message =
-                "no output that all contenders have was measured: nothing can be compared";
-            return Err(WorkError::Found(message.to_owned()));
+            return Err(UnusableFile::NothingMeasuredInCommon.into());
         }
         let samples = [false, true].map(|is_valid| {
             let of_contender = |k: usize| -> Vec<ContenderSamples> {
@@ -163,9 +161,7 @@ fn verify_recordings(fits: &[FitResult]) -> Result<(), WorkError> {
     if fits.iter().all(|fitted| times(fitted) == first) {
         return Ok(());
     }
-    let message =
-        "not all contenders were run over the same recordings: see what was left out of their fits";
-    Err(WorkError::Found(message.to_owned()))
+    Err(UnusableFile::OtherRecordings.into())
 }
 
 /// The samples of a contender that all contenders have.

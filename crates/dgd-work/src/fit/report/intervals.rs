@@ -3,6 +3,7 @@
 
 use std::fmt::Write as _;
 
+use dgd_compiler::argument::Argument;
 use dgd_identify::{
     Bootstrap, CombinationTerm, EstimateError, Fit, OutputErrorProblem, ParameterEstimate, Profile,
     ProfileEnd, THRESHOLD, UndeterminedDirection, bootstrap, profiles,
@@ -12,7 +13,7 @@ use dgd_runtime::{Direction, Signature, Unit};
 use rand_pcg::Pcg64;
 use rand_pcg::rand_core::Rng;
 
-use crate::error::WorkError;
+use crate::error::{SIMULATING, UsageError, WorkError};
 use crate::fit::report::left_out::IncompleteFit;
 use crate::fit::report::outcome::{digits_of, unit_of};
 use crate::output::quantity::short;
@@ -71,16 +72,14 @@ impl IntervalRequest {
             return Ok(());
         }
         if !estimator.simulates() && (self.bootstrap > 0 || self.information) {
-            return Err(WorkError::Usage(
-                "`--bootstrap` and `--information` need `--estimator output-error` or `linearised`"
-                    .to_owned(),
-            ));
+            return Err(UsageError::NeedsEstimator {
+                given: vec![Argument::Bootstrap.into(), Argument::Information.into()],
+                estimators: SIMULATING,
+            }
+            .into());
         }
         if !self.profile.is_empty() && !estimator.has_profiles() {
-            return Err(WorkError::Usage(
-                "`--estimator recursive` has no profiles, so `--profile` cannot be used with it"
-                    .to_owned(),
-            ));
+            return Err(UsageError::NoProfiles(estimator).into());
         }
         let directions = signature.directions.iter().enumerate();
         let estimated = directions.filter(|(_, of)| {
@@ -90,10 +89,8 @@ impl IntervalRequest {
             estimated.map(|(j, _)| signature.direction_name(j).into_owned()).collect();
         for name in self.profile.iter().map(|name| name.trim()) {
             if name != "all" && !names.iter().any(|known| known == name) {
-                return Err(WorkError::Usage(format!(
-                    "`--profile {name}`: nothing that is called so is estimated; estimated are {}",
-                    names.iter().map(|name| format!("`{name}`")).collect::<Vec<_>>().join(", ")
-                )));
+                let name = name.to_owned();
+                return Err(UsageError::NotEstimated { name, estimated: names }.into());
             }
         }
         Ok(())
@@ -301,8 +298,7 @@ impl Intervals {
             if least < -BETTER {
                 let _ = writeln!(
                     text,
-                    "the profile of `{}` has found a better fit, by {} in Σ (e/σ)²: start there by \
-                     `--set`",
+                    "the profile of `{}` has found a better fit, by {} in Σ (e/σ)²: start from there",
                     outcome.name(profile.estimate),
                     short(-least, 2)
                 );

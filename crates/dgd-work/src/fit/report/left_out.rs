@@ -3,6 +3,8 @@
 use std::fmt::Write as _;
 use std::path::Path;
 
+use dgd_compiler::argument::Argument;
+use dgd_compiler::sentence;
 use dgd_data::files::journal::RunJournal;
 use dgd_identify::Termination;
 
@@ -89,19 +91,21 @@ impl IncompleteFit {
             Some(folder) => format!("; what there is, is in {}", folder.display()),
             None => String::new(),
         };
+        let again = sentence!["; the same command with ", Argument::Resume];
         if let Some(Unconverged { reason, goes_on }) = &self.unconverged {
-            let mut words = format!("{reason}{written}");
+            let mut words = sentence![format!("{reason}{written}")];
             if let (Some(journal), true) = (journal, goes_on) {
                 journal.leave();
-                words +=
-                    "; the same command with `--resume` and more `--evaluations` goes on from here";
+                words.push(again);
+                words.push(sentence![" and more ", Argument::Evaluations, " goes on from here"]);
             }
             return TaskEnd::Stopped(words);
         }
-        let mut words = format!("stopped by Ctrl-C{written}");
+        let mut words = sentence![format!("stopped by Ctrl-C{written}")];
         if let Some(journal) = journal {
             journal.leave();
-            words += "; the same command with `--resume` goes on from here";
+            words.push(again);
+            words.push(" goes on from here");
         }
         TaskEnd::Interrupted(words)
     }

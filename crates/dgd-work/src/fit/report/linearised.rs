@@ -1,9 +1,8 @@
 //! The additional report of a fit of linear models: operating points and range of validity.
 
 use std::fmt::Write as _;
-use std::path::Path;
 
-use dgd_identify::{ModeDeparture, NonlinearModel, OutputErrorEvaluation, Recording};
+use dgd_identify::{NonlinearModel, OutputErrorEvaluation, Recording};
 use dgd_runtime::Signature;
 use dgd_runtime::linearize::OperatingPoint;
 
@@ -205,17 +204,6 @@ impl NonlinearReport {
         }
         text.push('\n');
     }
-}
-
-/// A recording that leaves the mode of its operating point.
-pub(crate) fn other_mode(path: &Path, departure: &ModeDeparture) -> String {
-    let ModeDeparture { t, automaton, at_point, in_run } = departure;
-    format!(
-        "{}: the linear model is that of `{automaton}: {at_point}`, and at t = {t} s the model with these \
-         estimates is in `{in_run}`; take a stretch in one mode by `--from` and `--until`, another \
-         operating point by `--at`, or `--estimator output-error`",
-        path.display()
-    )
 }
 
 /// A value in its declared unit.

@@ -3,6 +3,7 @@
 use std::fmt::Write as _;
 use std::path::PathBuf;
 
+use dgd_compiler::argument::Spelling;
 use dgd_compiler::model::Variant;
 use dgd_identify::{
     CombinationTerm, Fit, FitStepping, OutputErrorEvaluation, OutputMisfit, ParameterEstimate,
@@ -63,6 +64,8 @@ pub(crate) struct OutputErrorReport<'a> {
     pub quality_valid: Option<FitQuality>,
     /// The operating points of the linear models, if those were fitted.
     pub linearised: Option<LinearisedReport>,
+    /// How readers give arguments.
+    pub spelling: Spelling,
 }
 
 /// Validation recordings.
@@ -342,7 +345,7 @@ impl OutputErrorReport<'_> {
     fn runaway(&self, i: usize) -> Option<String> {
         let estimate = &self.fit.estimates[i];
         let Direction::Parameter(at) = estimate.of else { return None };
-        runaway::line(self.signature.parameters.get(at)?, estimate, self.unit(i))
+        runaway::line(self.signature.parameters.get(at)?, estimate, self.unit(i), self.spelling)
     }
 
     /// A line for each output with outliers.

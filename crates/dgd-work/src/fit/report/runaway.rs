@@ -1,5 +1,7 @@
 //! Runaway parameters: estimates far from the initial guess that the data no longer determines.
 
+use dgd_compiler::argument::{Argument, Spelling};
+use dgd_compiler::sentence;
 use dgd_identify::ParameterEstimate;
 use dgd_runtime::{Parameter, Unit};
 
@@ -19,6 +21,7 @@ pub(super) fn line(
     parameter: &Parameter,
     estimate: &ParameterEstimate,
     unit: &Unit,
+    spelling: Spelling,
 ) -> Option<String> {
     let began = if parameter.value == 0.0 { parameter.nominal? } else { parameter.value };
     let ratio = (estimate.value / began).abs();
@@ -36,19 +39,23 @@ pub(super) fn line(
         value if value < 0.0 => (value * 10.0, value / 10.0),
         _ => (-10.0 * began.abs(), 10.0 * began.abs()),
     };
-    Some(format!(
-        "`{name}` ran from {} to {} {symbol}, where the data says little about it: give it bounds, as in `parameter {name} \
-         [{symbol}] = {}  in {} .. {}`, or hold it with `--fix {name}`.\n",
-        declared,
-        shown(estimate.value),
-        declared,
-        shown(low),
-        shown(high)
-    ))
+    let words = sentence![
+        format!(
+            "`{name}` ran from {declared} to {} {symbol}, where the data says little about it: give it bounds, as in \
+             `parameter {name} [{symbol}] = {declared}  in {} .. {}`, or hold it with ",
+            shown(estimate.value),
+            shown(low),
+            shown(high)
+        ),
+        Argument::Fix.with(name),
+        ".\n"
+    ];
+    Some(words.spelled(spelling))
 }
 
 #[cfg(test)]
 mod tests {
+    use dgd_compiler::argument::neutral;
     use dgd_runtime::Direction;
 
     use super::*;
@@ -75,12 +82,13 @@ mod tests {
                 std,
                 at_bound: None,
             };
-            line(&parameter, &estimate, &unit)
+            line(&parameter, &estimate, &unit, neutral)
         };
         assert_eq!(sentence(3e-3, None), None);
         assert_eq!(sentence(0.9, Some(0.01)), None);
         let text = sentence(0.9, Some(0.8)).expect("it ran away");
         assert!(text.contains("from 2.35 to 900 mH"), "{text}");
         assert!(text.contains("`parameter L [mH] = 2.35  in 0.24 .. 24`"), "{text}");
+        assert!(text.ends_with("or hold it with `fix = L`.\n"), "{text}");
     }
 }

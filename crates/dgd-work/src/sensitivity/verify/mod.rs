@@ -23,7 +23,7 @@ mod report;
 use dgd_identify::Total as Count;
 use dgd_runtime::{Direction, Observations, Options, Signature, Solution};
 
-use crate::error::WorkError;
+use crate::error::{Interruption, WorkError};
 use crate::run::ModelRun;
 use crate::session::TaskContext;
 use extrapolate::{DifferenceDerivative, DifferenceQuotient, extrapolated};
@@ -130,7 +130,7 @@ pub(crate) fn against_differences(
         session.advanced("parameters compared", j, count);
         let moved = moved(run, &unmoved, *direction, size, &options)?;
         if session.listener.is_stopped() {
-            return Err(WorkError::Interrupted("stopped by Ctrl-C".to_owned()));
+            return Err(Interruption::NoResult.into());
         }
         for count in all {
             rows.push(compare(run, &unmoved, &moved, *count, j, size));

@@ -4,7 +4,7 @@ use dgd_runtime::{Direction, Failure, Interpolation, Options, Problem, observe, 
 
 use super::VerifiedTrajectory;
 use super::extrapolate::DifferenceQuotient;
-use crate::error::WorkError;
+use crate::error::{ComputationError, WorkError};
 use crate::run::ModelRun;
 
 /// The largest change, as a fraction of the parameter's size, halved three times: with relative errors of 1e-10 in the
@@ -159,10 +159,7 @@ fn trajectory(
     };
     let problem = Problem { p: &p, start: &start, ..run.problem() };
     let solution = simulate(&problem, times, options).map_err(|Failure { error, .. }| {
-        WorkError::Computation(format!(
-            "the sensitivities to `{name}` cannot be verified, for with `{name}` = {value} (SI) the \
-             run fails: {error}"
-        ))
+        ComputationError::Verification { name: name.clone(), value, error }
     })?;
     let observations = observe(&problem, &solution);
     let trajectory = VerifiedTrajectory { solution, observations };
@@ -194,7 +191,7 @@ impl BranchStates {
     ) -> Result<BranchStates, WorkError> {
         let problem = Problem { p, ..run.problem() };
         let read = problem.inputs_read();
-        let read = read.map_err(|error| WorkError::Computation(error.to_string()))?;
+        let read = read.map_err(ComputationError::Inputs)?;
         let mut u = vec![0.0; read.len()];
         let solution = &of.solution;
         let events = |t: f64| solution.events.partition_point(|event| event.t <= t);
