@@ -3,16 +3,13 @@
 use nom::Parser;
 use nom::combinator::cut;
 
-use super::expression::{close, expression, optional_unit};
-use super::item::{attributes, signature};
-use super::lexical::TokenKind;
-use super::tokens::{ParseResult, Tokens, dotted, token};
-use crate::diagnostics::{Code, Diagnostic, suggestion};
-use crate::source::Span;
-use crate::syntax::ast::{
-    AttributeKind, Expr, ExprKind, FormalArgument, ItemKind, Name, TableExtrapolation, TablePoint,
-    TablePoints,
-};
+use super::attribute::attributes;
+use super::signature::signature;
+use crate::diagnostics::{Code, Diagnostic};
+use crate::syntax::ast::{Expr, ExprKind, FormalArgument, ItemKind, Name, TablePoint, TablePoints};
+use crate::syntax::parse::expression::{close, expression, optional_unit};
+use crate::syntax::parse::lexical::TokenKind;
+use crate::syntax::parse::tokens::{ParseResult, Tokens, dotted, token};
 
 /// Limit on the arguments of a table.
 const MOST_ARGUMENTS: usize = 2;
@@ -162,24 +159,4 @@ fn list(input: Tokens<'_>) -> ParseResult<'_, Vec<Expr>> {
         }
         rest = behind.behind_first();
     }
-}
-
-/// `refuse`, `hold` or `extend`, after `beyond`.
-pub(super) fn beyond(input: Tokens<'_>) -> ParseResult<'_, AttributeKind> {
-    let word = input.first_text();
-    let entry = TableExtrapolation::ALL.iter().find(|(known, _)| *known == word);
-    if let Some((_, beyond)) = entry.filter(|_| input.first() == Some(TokenKind::Name)) {
-        return Ok((input.behind_first(), AttributeKind::Beyond(*beyond)));
-    }
-    let near = suggestion(word, TableExtrapolation::ALL.iter().map(|(word, _)| *word));
-    let help = near.map_or_else(
-        || {
-            "beyond the ends `refuse` ends the run, `hold` goes on with the value there, and `extend` with the slope"
-                .to_owned()
-        },
-        |near| format!("did you mean `{near}`?"),
-    );
-    let span: Span = input.span();
-    let message = "expected `refuse`, `hold` or `extend`";
-    input.wrong(Diagnostic::new(Code::UnexpectedToken, span, message).help(help))
 }

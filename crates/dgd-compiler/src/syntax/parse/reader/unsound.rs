@@ -1,30 +1,13 @@
 //! Items that could not be read: the names that they may declare, and replacements for them.
 
-use super::ItemReader;
-use super::item::is_keyword;
-use super::lexical::{Token, TokenKind, begins_item};
+use super::{ItemReader, UnreadableItem};
 use crate::diagnostics::suggestion;
 use crate::source::Span;
 use crate::syntax::ast::{Expr, ExprKind, Item, ItemKind, Name, UnknownKind, WrittenUnit};
+use crate::syntax::parse::item::is_keyword;
+use crate::syntax::parse::item_ends::begins_item;
+use crate::syntax::parse::lexical::{Token, TokenKind};
 use crate::syntax::visit::{self, ItemPart};
-
-/// An item that could not be read, as far as it affects others.
-#[derive(Debug, Clone, PartialEq)]
-pub struct UnreadableItem {
-    /// Its place.
-    pub span: Span,
-    /// Names that it may have declared.
-    pub names: Vec<String>,
-    /// Whether it may have declared names that do not occur in it: an import.
-    pub hides_all: bool,
-}
-
-impl UnreadableItem {
-    /// An import that failed.
-    pub(crate) fn import(span: Span) -> UnreadableItem {
-        UnreadableItem { span, names: Vec::new(), hides_all: true }
-    }
-}
 
 /// Items that can be replaced.
 const STANDING_IN: [&str; 6] = ["constant", "parameter", "input", "state", "unknown", "let"];

@@ -1,12 +1,11 @@
 //! `function NAME(arguments) = { … }`: lines `let y = …`, then the value in the last line.
 
-use super::item::{head_of_function, last_value, local_let};
-use super::lexical::{Token, TokenKind};
-use super::modes::head_and_block;
-use super::tokens::Tokens;
-use super::{ItemReader, item_length, take_docs};
+use super::{ItemReader, head_and_block, item_length, take_docs};
 use crate::diagnostics::{Code, Diagnostic};
 use crate::syntax::ast::ItemKind;
+use crate::syntax::parse::item::{head_of_function, last_value, local_let};
+use crate::syntax::parse::lexical::{Token, TokenKind};
+use crate::syntax::parse::tokens::Tokens;
 
 impl<'a> ItemReader<'a, '_> {
     /// A function with a block. Doc comments in the block belong to the function.

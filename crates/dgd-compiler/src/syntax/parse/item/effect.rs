@@ -14,12 +14,12 @@
 use nom::Parser;
 use nom::multi::separated_list1;
 
-use super::expression::{close, expression, optional_unit};
-use super::lexical::TokenKind;
-use super::tokens::{OPERATOR, ParseResult, Tokens, dotted, name, token, word};
 use crate::diagnostics::{Code, Diagnostic, suggestion};
 use crate::source::Span;
 use crate::syntax::ast::{ClauseKind, EffectKind, EffectTarget, Name, SlotKind, TemplateSlot};
+use crate::syntax::parse::expression::{close, expression, optional_unit};
+use crate::syntax::parse::lexical::TokenKind;
+use crate::syntax::parse::tokens::{OPERATOR, ParseResult, Tokens, dotted, name, token, word};
 
 /// Words that begin a clause.
 pub(crate) const CLAUSES: [&str; 5] = ["kind", "form", "null", "replace", "add"];

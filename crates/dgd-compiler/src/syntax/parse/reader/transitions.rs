@@ -1,125 +1,26 @@
-//! `modes NAME { … }`: modes with their equations, and the transitions between them; and `when`, a transition without
-//! modes.
+//! Transitions between modes, and reactions without modes: `when` and `every`.
 
 use nom::Parser;
 
-use super::array;
-use super::expression::{expression, sum};
-use super::item::last_value;
-use super::lexical::{Token, TokenKind};
-use super::tokens::{OPERATOR, ParseResult, Tokens, dotted, name, token, word};
-use super::{ItemReader, item_length, take_docs};
+use super::{ItemReader, head_and_block, item_length, take_docs};
 use crate::diagnostics::{Code, Diagnostic, Fix, FixEdit};
 use crate::source::Span;
 use crate::syntax::ast::{
-    Crossing, CrossingCondition, Expr, Item, ItemKind, Name, Reaction, ResetClause, StartMode,
-    TransitionClause, VariantChoice,
+    Crossing, CrossingCondition, Expr, ItemKind, Name, Reaction, ResetClause, TransitionClause,
 };
-
-/// The tokens before the block of a line, without doc comments, and the block; `None` if there is an invalid token.
-pub(super) fn head_and_block<'a>(
-    line: &'a [Token],
-    docs: &mut Vec<Token>,
-) -> Option<(Vec<Token>, &'a [Token])> {
-    let brace = line.iter().position(|token| token.kind == TokenKind::OpenBrace);
-    let (head, block) = line.split_at(brace.unwrap_or(line.len()));
-    let (doc, plain): (Vec<Token>, Vec<Token>) =
-        head.iter().partition(|token| token.kind == TokenKind::Doc);
-    docs.extend(doc);
-    let is_sound = plain.iter().all(|token| token.kind != TokenKind::Invalid);
-    is_sound.then_some((plain, block))
-}
+use crate::syntax::parse::expression::{expression, sum};
+use crate::syntax::parse::index::indices;
+use crate::syntax::parse::item::last_value;
+use crate::syntax::parse::lexical::{Token, TokenKind};
+use crate::syntax::parse::tokens::{OPERATOR, ParseResult, Tokens, dotted, name, token, word};
 
 impl<'a> ItemReader<'a, '_> {
-    /// `modes NAME { MODE { equations } … MODE -> MODE when … start MODE }`
-    pub(super) fn modes(
-        &mut self,
-        statement: &'a [Token],
-        docs: &mut Vec<Token>,
-        nesting: u32,
-    ) -> Option<ItemKind> {
-        if let [_, _, start, ..] = statement
-            && start.kind == TokenKind::Name
-            && start.text(self.text) == "start"
-        {
-            let message = "`start` stands inside the block";
-            self.error(
-                Diagnostic::new(Code::UnexpectedToken, self.span(*start), message)
-                    .help("write `start MODE` in a line of its own between `{` and `}`"),
-            );
-            return None;
-        }
-        let (name, mut inside, behind) = self.named_block(statement, docs, nesting)?;
-        let mut modes: Vec<VariantChoice> = Vec::new();
-        let mut transitions = Vec::new();
-        let mut starts: Vec<StartMode> = Vec::new();
-        let mut above = Vec::new();
-        while let Some((first, rest)) = inside.split_first() {
-            match (first.kind, rest.first().map(|second| second.kind)) {
-                (TokenKind::Newline, _) => inside = rest,
-                (TokenKind::Doc, _) => {
-                    above.push(*first);
-                    inside = rest;
-                }
-                (TokenKind::Name, Some(TokenKind::OpenBrace)) => {
-                    let mut docs = std::mem::take(&mut above);
-                    let (mut mode, rest) = self.choice(inside, &mut docs, nesting)?;
-                    mode.items.retain_mut(|item| self.is_mode_item(item, &mode.name));
-                    modes.push(mode);
-                    inside = rest;
-                }
-                (TokenKind::Name, Some(TokenKind::Name)) if first.text(self.text) == "start" => {
-                    let (line, rest) = inside.split_at(item_length(inside));
-                    let (_, start) = self.report(start_mode(self.input(line)))?;
-                    let always = starts.iter().find(|earlier| earlier.condition.is_none());
-                    if let Some(earlier) = always.filter(|_| start.condition.is_none()) {
-                        let message = "`start` is given twice";
-                        self.error(
-                            Diagnostic::new(Code::RepeatedAttribute, start.mode.span, message)
-                                .label(earlier.mode.span, "given here already")
-                                .help("say when: `start MODE if CONDITION`"),
-                        );
-                    }
-                    starts.push(start);
-                    inside = rest;
-                }
-                _ => {
-                    let (line, rest) = inside.split_at(item_length(inside));
-                    transitions.extend(self.transition(line, std::mem::take(&mut above)));
-                    inside = rest;
-                }
-            }
-        }
-        self.end_of_block(&above, behind, docs)?;
-        if modes.is_empty() {
-            let message = format!("`{}` has no modes", name.text);
-            self.error(
-                Diagnostic::new(Code::UnexpectedToken, name.span, message)
-                    .help("write them as `NAME { … }`, the one it starts in first"),
-            );
-            return None;
-        }
-        Some(ItemKind::Modes { name, modes, transitions, starts })
-    }
-
-    /// Whether an item is allowed in a mode: modes contain equations, and declarations are common to all of them. Other
-    /// items are reported and ignored.
-    fn is_mode_item(&mut self, item: &mut Item, mode: &Name) -> bool {
-        let is_equation = matches!(item.kind, ItemKind::Equation { .. });
-        if !is_equation {
-            let message = "a mode holds equations only";
-            self.error(
-                Diagnostic::new(Code::DeclarationInMode, item.span, message)
-                    .label(mode.span, "the mode")
-                    .help("move it in front of `modes`: what is declared exists in every mode"),
-            );
-            self.hole_of(item);
-        }
-        is_equation
-    }
-
     /// `MODE -> MODE when EXPRESSION falls below EXPRESSION`, optionally with `{ reset x = e }`.
-    fn transition(&mut self, line: &'a [Token], mut docs: Vec<Token>) -> Option<TransitionClause> {
+    pub(super) fn transition(
+        &mut self,
+        line: &'a [Token],
+        mut docs: Vec<Token>,
+    ) -> Option<TransitionClause> {
         let (plain, block) = head_and_block(line, &mut docs)?;
         let input = Tokens::new(&plain, self.text, self.source);
         let (_, (from, to, conditions)) = self.report(head_of_transition(input))?;
@@ -207,22 +108,6 @@ fn times(input: Tokens<'_>) -> ParseResult<'_, (Expr, Option<Expr>)> {
     Ok((rest, (period, None)))
 }
 
-/// `start MODE`, optionally with `if CONDITION`.
-fn start_mode(input: Tokens<'_>) -> ParseResult<'_, StartMode> {
-    let (rest, mode) = name(input.behind_first())?;
-    if rest.is_empty() {
-        return Ok((rest, StartMode { mode, condition: None }));
-    }
-    let (rest, _) = word("if", "`if` and a condition, or the end of the line")(rest)?;
-    let (rest, condition) = expression(rest)?;
-    let condition = Some(condition);
-    if rest.is_empty() {
-        Ok((rest, StartMode { mode, condition }))
-    } else {
-        rest.expected(OPERATOR)
-    }
-}
-
 type TransitionHead = (Name, Name, Vec<CrossingCondition>);
 
 fn head_of_transition(input: Tokens<'_>) -> ParseResult<'_, TransitionHead> {
@@ -294,7 +179,7 @@ fn reset(input: Tokens<'_>) -> ParseResult<'_, ResetClause> {
     let keyword = word("reset", "`reset NAME = …`");
     let equal = token(TokenKind::Equal, "`=`");
     let (rest, (_, name, indices, _, value)) =
-        (keyword, dotted, array::indices, equal, expression).parse(input)?;
+        (keyword, dotted, indices, equal, expression).parse(input)?;
     if rest.is_empty() {
         Ok((rest, ResetClause { span: input.span_to(&rest), name, indices, value }))
     } else {
