@@ -1,4 +1,4 @@
-//! Limits of memory, and what goes wrong with them.
+//! Limits of memory, and errors of a process that exceeds them.
 
 use std::fmt;
 use std::path::PathBuf;

@@ -10,13 +10,13 @@
 
 use std::collections::BTreeMap;
 
-use super::super::Smoothness;
-use super::super::define::TableDeclaration;
-use super::super::expression::ExprLowering;
+use super::super::ExprLowering;
 use super::points::SiPoint;
 use crate::diagnostics::{Code, Diagnostic, Diagnostics, ErrorReported};
 use crate::expr::{ExprId, Node, Symbol};
-use crate::units::Unit;
+use crate::model::Smoothness;
+use crate::model::scope::TableDeclaration;
+use crate::source::Span;
 
 /// Σ weight · parameter + rest.
 #[derive(Debug, Clone, Default)]
@@ -52,25 +52,15 @@ impl AffineSum {
 }
 
 impl<'a> ExprLowering<'a> {
-    /// The smoothness of a table's parameters; empty without `smooth`.
-    pub(super) fn smoothness(
-        &mut self,
+    /// The smoothness of a table's parameters with this standard deviation; `span` is the place of the clause.
+    pub(in crate::model::expression) fn smoothness(
+        &self,
         table: TableDeclaration<'a>,
         points: &[SiPoint],
-        unit: &Unit,
+        (std, span): (f64, Span),
         diagnostics: &mut Diagnostics,
     ) -> Result<Vec<Smoothness>, ErrorReported> {
-        let Some((std, span)) = table.smooth() else { return Ok(Vec::new()) };
         let name = &table.name.text;
-        if let Some(second) = table.arguments.get(1) {
-            let message = "`smooth` is for tables of one argument";
-            return Err(diagnostics.error(
-                Diagnostic::new(Code::SmoothWithoutFittedValues, span, message)
-                    .label(second.name.span, "this is another")
-                    .help("leave `smooth` out: values of a grid are not fitted"),
-            ));
-        }
-        let std = self.positive(std, unit, "standard deviation of `smooth`", diagnostics)?;
         let is_known = |point: &SiPoint| self.number(point.value).is_some();
         let message = if points.iter().all(is_known) {
             format!("no value of `{name}` is a parameter, so that `smooth` says nothing")
@@ -137,6 +127,21 @@ impl<'a> ExprLowering<'a> {
         }
         Ok(forms.remove(&point.value).unwrap_or_default())
     }
+}
+
+/// Checks that a table with `smooth` has one argument.
+pub(in crate::model::expression) fn verify_one_argument(
+    table: TableDeclaration<'_>,
+    span: Span,
+    diagnostics: &mut Diagnostics,
+) -> Result<(), ErrorReported> {
+    let Some(second) = table.arguments.get(1) else { return Ok(()) };
+    let message = "`smooth` is for tables of one argument";
+    Err(diagnostics.error(
+        Diagnostic::new(Code::SmoothWithoutFittedValues, span, message)
+            .label(second.name.span, "this is another")
+            .help("leave `smooth` out: values of a grid are not fitted"),
+    ))
 }
 
 /// The smoothness at the second of three points; `None` if all of them are constant.

@@ -1,15 +1,13 @@
-//! Positions of arrays and ranges of loops.
+//! Works out the positions of arrays and the ranges of loops.
 
 use std::collections::BTreeMap;
 
+use super::place::{ArrayPlace, LetArray};
 use super::shape::{ArrayShape, brackets};
 use super::whole::{IndexExtent, extent, sizes_of};
+use super::{ModelScope, NameDefinition};
 use crate::diagnostics::{Code, Diagnostic, Diagnostics, ErrorReported};
-use crate::expr::Symbol;
-use crate::model::define::{ModelScope, NameDefinition};
-use crate::syntax::ast::{
-    ArrayAxis, ArrayKind, Expr, Item, ItemKind, LoopCounter, Name, WrittenUnit,
-};
+use crate::syntax::ast::{ArrayAxis, ArrayKind, Expr, Item, ItemKind, LoopCounter, Name};
 use crate::syntax::edit::element_of;
 
 /// All arrays together have at most this many elements.
@@ -17,42 +15,6 @@ const MOST_ELEMENTS: u32 = 10_000_000;
 
 /// Limit on the constants, parameters and inputs in arrays: each has a name and a value.
 const MOST_VALUES: u32 = 100_000;
-
-/// The position of an array's elements among those of all arrays.
-#[derive(Debug, Clone)]
-pub(in crate::model) struct ArrayPlace<'a> {
-    pub(in crate::model) name: &'a str,
-    pub(in crate::model) first: u32,
-    pub(in crate::model) shape: ArrayShape,
-}
-
-/// A `let` of a loop: an expression for each index.
-#[derive(Debug, Clone)]
-pub(in crate::model) struct LetArray<'a> {
-    pub(in crate::model) name: &'a str,
-    /// Names of the indices in `value`.
-    pub(in crate::model) counters: &'a [LoopCounter],
-    pub(in crate::model) shape: Result<ArrayShape, ErrorReported>,
-    pub(in crate::model) unit: Option<&'a WrittenUnit>,
-    pub(in crate::model) value: &'a Expr,
-}
-
-impl<'a> ArrayPlace<'a> {
-    /// A place before sizes are known.
-    pub(in crate::model) fn nowhere(name: &'a Name) -> Self {
-        ArrayPlace { name: &name.text, first: 0, shape: ArrayShape::new(Vec::new()) }
-    }
-
-    pub(in crate::model) fn count(&self) -> u32 {
-        self.shape.count().unwrap_or(0)
-    }
-
-    /// The name of the element at this position among those of all arrays.
-    fn element(&self, position: u32) -> Option<String> {
-        let offset = position.checked_sub(self.first).filter(|offset| *offset < self.count())?;
-        Some(format!("`{}{}`", self.name, self.shape.brackets(offset)))
-    }
-}
 
 impl<'a> ModelScope<'a> {
     /// Evaluates the sizes, and with them the positions of arrays and the ranges of loops.
@@ -185,41 +147,6 @@ impl<'a> ModelScope<'a> {
                 );
                 diagnostics.error(Diagnostic::new(Code::IndexOutOfRange, value.span, message));
             }
-        }
-    }
-
-    /// Checks that an index has a name of its own.
-    pub(super) fn verify_index(&self, index: &Name, diagnostics: &mut Diagnostics) {
-        let Some(earlier) = self.names.get(index.text.as_str()) else { return };
-        let message =
-            format!("the index `{}` has the name of {}", index.text, earlier.definition.noun());
-        let diagnostic = Diagnostic::new(Code::DuplicateName, index.span, message);
-        let is_built_in = matches!(earlier.definition, NameDefinition::Time | NameDefinition::Pi);
-        diagnostics.error(if is_built_in {
-            diagnostic.help("choose another name")
-        } else {
-            diagnostic.label(earlier.span, "declared here").help("choose another name")
-        });
-    }
-
-    /// Name of an element, in quotes; of one that moves with a loop, the first.
-    pub(in crate::model) fn quoted_element(&self, symbol: Symbol) -> Option<String> {
-        let of_vector = |kind: ArrayKind, i: u32| {
-            let places = self.vectors.iter().filter(|vector| vector.kind == kind);
-            places.flat_map(|vector| &vector.place).find_map(|place| place.element(i))
-        };
-        match symbol {
-            Symbol::Element(i)
-            | Symbol::Swept(i)
-            | Symbol::ElementRate(i)
-            | Symbol::SweptRate(i) => {
-                self.arrays.iter().flatten().find_map(|place| place.element(i))
-            }
-            Symbol::Parameter(i) | Symbol::SweptParameter(i, _) => {
-                of_vector(ArrayKind::Parameter, i)
-            }
-            Symbol::Input(i) | Symbol::SweptInput(i, _) => of_vector(ArrayKind::Input, i),
-            _ => None,
         }
     }
 }

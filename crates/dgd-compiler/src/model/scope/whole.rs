@@ -2,8 +2,8 @@
 
 use std::collections::BTreeMap;
 
+use super::names::names_in;
 use crate::diagnostics::{Code, Diagnostic, Diagnostics, ErrorReported};
-use crate::model::define::names_in;
 use crate::source::Span;
 use crate::syntax::ast::{Expr, ExprKind, FactorSide, Item, ItemKind, Name, NumberRange, Sign};
 

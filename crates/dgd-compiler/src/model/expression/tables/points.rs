@@ -1,11 +1,10 @@
 //! The points of a table in SI, in order, and their errors.
 
-use super::super::define::{NameDefinition, TableDeclaration};
-use super::super::expression::{ExprLowering, OpenArguments};
-use super::super::resolve::{NumberReading, not_finite};
-use super::curves::in_unit;
+use super::super::{ExprLowering, OpenArguments, not_finite};
+use super::shown::place_of;
 use crate::diagnostics::{Code, Diagnostic, Diagnostics, ErrorReported};
 use crate::expr::{ExprId, Symbol};
+use crate::model::scope::{NameDefinition, TableDeclaration};
 use crate::source::Span;
 use crate::syntax::ast::{
     ArrayKind, AttributeKind, Expr, ExprKind, TableExtrapolation, TablePoints,
@@ -13,12 +12,12 @@ use crate::syntax::ast::{
 use crate::units::Unit;
 
 /// A point with its arguments in SI.
-pub(super) struct SiPoint {
-    pub(super) at: Vec<f64>,
-    pub(super) value: ExprId,
-    pub(super) span: Span,
+pub(in crate::model::expression) struct SiPoint {
+    pub(in crate::model::expression) at: Vec<f64>,
+    pub(in crate::model::expression) value: ExprId,
+    pub(in crate::model::expression) span: Span,
     /// Its position among the points as written.
-    place: usize,
+    pub(in crate::model::expression) place: usize,
 }
 
 /// Points with one argument that are not a step.
@@ -30,43 +29,14 @@ struct RepeatedPoints {
 }
 
 impl<'a> ExprLowering<'a> {
-    /// The points by ascending arguments; those of a step in the order written.
-    pub(super) fn points(
-        &mut self,
+    /// Orders points by ascending arguments; those of a step stay in the order written.
+    pub(in crate::model::expression) fn in_order(
+        &self,
         table: TableDeclaration<'a>,
         units: &[Unit],
-        of_values: &Unit,
+        mut points: Vec<SiPoint>,
         diagnostics: &mut Diagnostics,
     ) -> Result<Vec<SiPoint>, ErrorReported> {
-        let written = written(table, diagnostics)?;
-        let is_file = matches!(table.points, TablePoints::File { .. });
-        let mut failed = None;
-        let mut points = Vec::with_capacity(written.len());
-        for (place, (at, value, span)) in written.into_iter().enumerate() {
-            let arguments: Result<Vec<f64>, ErrorReported> = at
-                .iter()
-                .zip(units)
-                // Removes the sign of zero.
-                .map(|(&x, unit)| Ok(self.known(x, unit, NumberReading::Value, diagnostics)? + 0.0))
-                .collect();
-            let value = match value {
-                Ordinate::Of(value) => self.ordinate(value, of_values, diagnostics),
-                Ordinate::Element(array, k) => {
-                    self.ordinate_of_array(array, k, table, of_values, diagnostics)
-                }
-            };
-            match (arguments, value) {
-                (Ok(arguments), Ok(value)) => {
-                    points.push(SiPoint { at: arguments, value, span, place });
-                }
-                (Err(reported), _) | (_, Err(reported)) => failed = Some(reported),
-            }
-            // A wrong unit in a header applies to every row.
-            if is_file && failed.is_some() {
-                break;
-            }
-        }
-        failed.map_or(Ok(()), Err)?;
         let in_order = |a: &SiPoint, b: &SiPoint| {
             a.at.iter()
                 .zip(&b.at)
@@ -137,7 +107,7 @@ impl<'a> ExprLowering<'a> {
     }
 
     /// The element that is a value, for an array with as many elements as the table has points.
-    fn ordinate_of_array(
+    pub(in crate::model::expression) fn ordinate_of_array(
         &mut self,
         array: &'a Expr,
         k: u32,
@@ -201,18 +171,17 @@ impl<'a> ExprLowering<'a> {
         Ok(self.graph.symbol(symbol))
     }
 
-    fn ordinate(
-        &mut self,
-        expr: &'a Expr,
-        unit: &Unit,
+    /// Checks that a value is finite, and the same at all times.
+    pub(in crate::model::expression) fn verify_ordinate(
+        &self,
+        value: ExprId,
+        expr: &Expr,
         diagnostics: &mut Diagnostics,
-    ) -> Result<ExprId, ErrorReported> {
-        let typed =
-            self.in_unit(expr, unit, NumberReading::Value, &OpenArguments::new(), diagnostics)?;
+    ) -> Result<(), ErrorReported> {
         let is_fixed =
             |symbol: Symbol| matches!(symbol, Symbol::Constant(_) | Symbol::Parameter(_));
-        if !self.graph.symbols(typed.id).into_iter().all(is_fixed) {
-            let culprit = self.first_unknown(typed.id, |symbol| !is_fixed(symbol));
+        if !self.graph.symbols(value).into_iter().all(is_fixed) {
+            let culprit = self.first_unknown(value, |symbol| !is_fixed(symbol));
             let message =
                 format!("a table is the same at all times, but this depends on {culprit}");
             return Err(diagnostics.error(
@@ -220,27 +189,27 @@ impl<'a> ExprLowering<'a> {
                     .help("values of a table are made of numbers, constants and parameters"),
             ));
         }
-        match self.number(typed.id) {
-            Some(value) if !value.is_finite() => {
-                Err(diagnostics.error(not_finite(value, expr.span)))
+        match self.number(value) {
+            Some(number) if !number.is_finite() => {
+                Err(diagnostics.error(not_finite(number, expr.span)))
             }
-            _ => Ok(typed.id),
+            _ => Ok(()),
         }
     }
 }
 
 /// The value of a point.
 #[derive(Debug, Clone, Copy)]
-enum Ordinate<'a> {
+pub(in crate::model::expression) enum Ordinate<'a> {
     Of(&'a Expr),
     /// The element at this distance from the first of the named array.
     Element(&'a Expr, u32),
 }
 
 /// Arguments, value and place of each point.
-type WrittenPoints<'a> = (Vec<&'a Expr>, Ordinate<'a>, Span);
+pub(in crate::model::expression) type WrittenPoints<'a> = (Vec<&'a Expr>, Ordinate<'a>, Span);
 
-fn written<'a>(
+pub(in crate::model::expression) fn written<'a>(
     table: TableDeclaration<'a>,
     diagnostics: &mut Diagnostics,
 ) -> Result<Vec<WrittenPoints<'a>>, ErrorReported> {
@@ -271,13 +240,4 @@ fn written<'a>(
         Some((at.iter().collect(), Ordinate::Of(value), point.span))
     });
     Ok(spans.collect())
-}
-
-/// `q = 1200 lpm, w = 40 %`
-pub(super) fn place_of(table: TableDeclaration<'_>, units: &[Unit], at: &[f64]) -> String {
-    let named = table.arguments.iter().zip(units).zip(at);
-    let one = |((argument, unit), x): ((&crate::syntax::ast::FormalArgument, &Unit), &f64)| {
-        format!("{} = {}", argument.name.text, in_unit(*x, unit))
-    };
-    named.map(one).collect::<Vec<_>>().join(", ")
 }

@@ -1,19 +1,24 @@
-//! Elements in expressions: of unknowns, constants, parameters, inputs, and of the `let`s of loops.
+//! Elements in expressions: of unknowns, constants, parameters, inputs, and of the `let`s of loops; and derivatives.
 
-use super::place::{ArrayPlace, LetArray};
-use super::shape::ArrayShape;
-use super::vector::numbers_at;
-use super::whole::{AffineInteger, IndexExtent, LoopIndex, whole};
+use super::{ExprLowering, OpenArguments, TypedExpr};
 use crate::diagnostics::{Code, Diagnostic, Diagnostics, ErrorReported};
-use crate::expr::{ExprId, Node, Symbol};
+use crate::expr::curve::CurveId;
+use crate::expr::{ExprGraph, ExprId, Node, Symbol};
 use crate::model::check_units::ExprDimension;
-use crate::model::define::NameDefinition;
-use crate::model::expression::{ExprLowering, OpenArguments, TypedExpr, unit_of};
-use crate::model::resolve::NumberReading;
+use crate::model::scope::{
+    AffineInteger, ArrayPlace, ArrayShape, IndexExtent, LetArray, LoopIndex, NameDefinition, whole,
+};
 use crate::source::Span;
 use crate::syntax::ast::{ArrayKind, Expr, ExprKind, Name};
 use crate::syntax::visit;
 use crate::units::Dimension;
+
+/// An element that an expression reads.
+pub(super) enum ElementRead<'a> {
+    Value(TypedExpr),
+    /// That of a `let` of a loop at these indices, whose expression is still to be lowered.
+    Let(LetArray<'a>, Vec<LoopIndex<'a>>),
+}
 
 /// Whether an expression reads a name.
 fn reads(expr: &Expr, name: &str) -> bool {
@@ -48,18 +53,6 @@ struct IndexPosition {
 }
 
 impl<'a> ExprLowering<'a> {
-    /// The index of an open loop as a number.
-    pub(in crate::model) fn index_value(&mut self, index: LoopIndex<'a>) -> TypedExpr {
-        let first = self.graph.constant(index.first as f64);
-        let id = if index.count > 1 {
-            let counter = self.graph.symbol(Symbol::Counter);
-            self.graph.intern(Node::Add(counter, first))
-        } else {
-            first
-        };
-        TypedExpr { id, dim: ExprDimension::ONE }
-    }
-
     /// Number of passages of the open loop.
     fn passages(&self) -> u32 {
         let indices = || self.indices.iter();
@@ -69,39 +62,15 @@ impl<'a> ExprLowering<'a> {
         }
     }
 
-    /// Checks that the index of a sum has a name of its own.
-    pub(super) fn verify_free(
-        &self,
-        index: &Name,
-        arguments: &OpenArguments<'a>,
-        diagnostics: &mut Diagnostics,
-    ) -> Result<(), ErrorReported> {
-        if self.scope.names.contains_key(index.text.as_str()) {
-            self.scope.verify_index(index, diagnostics);
-            return diagnostics.check();
-        }
-        let what = if self.indices.iter().any(|open| open.name == index.text) {
-            "another index"
-        } else if arguments.contains_key(index.text.as_str()) {
-            "an argument"
-        } else {
-            return Ok(());
-        };
-        let message = format!("the index `{}` has the name of {what}", index.text);
-        Err(diagnostics.error(
-            Diagnostic::new(Code::DuplicateName, index.span, message).help("choose another name"),
-        ))
-    }
-
     /// An element of an array, or its derivative.
-    pub(in crate::model) fn element(
+    pub(super) fn read_element(
         &mut self,
         array: &'a Expr,
         index: &'a Expr,
         is_rate: bool,
         arguments: &OpenArguments<'a>,
         diagnostics: &mut Diagnostics,
-    ) -> Result<TypedExpr, ErrorReported> {
+    ) -> Result<ElementRead<'a>, ErrorReported> {
         let written = WrittenElement::new(array, index);
         let indices = self.whole_indices(&written.indices, diagnostics)?;
         let span = written.array.span;
@@ -141,7 +110,8 @@ impl<'a> ExprLowering<'a> {
                 if is_rate && !state {
                     return no_rate("an array of `unknown`s", diagnostics);
                 }
-                Ok(self.unknown_element(&array, pointed, unit, is_rate))
+                let element = self.unknown_element(&array, pointed, unit, is_rate);
+                Ok(ElementRead::Value(element))
             }
             NameDefinition::Vector(position) if is_rate => {
                 let word = self.scope.vectors[position].kind.word();
@@ -153,7 +123,7 @@ impl<'a> ExprLowering<'a> {
                 let pointed = pointed_in(self, &array.shape, diagnostics)?;
                 let dim = ExprDimension::Of(self.scope.dimension(name)?);
                 let id = self.vector_element(kind, &array, pointed);
-                Ok(TypedExpr { id, dim })
+                Ok(ElementRead::Value(TypedExpr { id, dim }))
             }
             NameDefinition::LetArray(_) if is_rate => no_rate("a `let`", diagnostics),
             NameDefinition::LetArray(position) => {
@@ -170,12 +140,71 @@ impl<'a> ExprLowering<'a> {
                         count: if passages > 0 && index.slope == 0 { 1 } else { passages },
                     })
                     .collect();
-                self.open_let(&array, let_indices, index.span, diagnostics)
+                Ok(ElementRead::Let(array, let_indices))
             }
             definition => {
                 let message = format!("`{name}` is {}, not an array", definition.noun());
                 Err(diagnostics.error(not_an_array(message).label(place, "declared here")))
             }
+        }
+    }
+
+    /// `der(x)`
+    pub(super) fn derivative(
+        &mut self,
+        list: &'a [Expr],
+        span: Span,
+        diagnostics: &mut Diagnostics,
+    ) -> Result<TypedExpr, ErrorReported> {
+        let mut only = match list {
+            [only] => Some(only),
+            _ => None,
+        };
+        while let Some(Expr { kind: ExprKind::Group(inner), .. }) = only {
+            only = Some(inner);
+        }
+        if let Some(Expr { kind: ExprKind::Element(array, index), .. }) = only {
+            return match self.read_element(
+                array,
+                index,
+                true,
+                &OpenArguments::new(),
+                diagnostics,
+            )? {
+                ElementRead::Value(rate) => Ok(rate),
+                ElementRead::Let(..) => unreachable!("the derivative of a `let` is refused"),
+            };
+        }
+        let Some(Expr { kind: ExprKind::Name(name), span: name_span }) = only else {
+            return Err(diagnostics.error(
+                Diagnostic::new(Code::NoDerivative, span, "`der` takes the name of one state")
+                    .help(
+                        "the derivative of an expression follows from those of its states; a second derivative \
+                         is that of a state which equals the first, as in `equation v: der(x) = v`",
+                    ),
+            ));
+        };
+        let entry = self.scope.names.get(name.as_str());
+        match entry.map(|entry| (entry.definition, entry.span)) {
+            Some((NameDefinition::Unknown { index, state: true }, _)) => {
+                let unit = self.scope.dimension(name)?;
+                let rate = unit.divide(self.scope.second).unwrap_or(Dimension::ONE);
+                let id = self.graph.symbol(Symbol::Derivative(index));
+                Ok(TypedExpr { id, dim: ExprDimension::Of(rate) })
+            }
+            Some((definition, place)) => {
+                let what = definition.noun();
+                Err(diagnostics.error(
+                    Diagnostic::new(
+                        Code::NoDerivative,
+                        *name_span,
+                        format!("`{name}` is {what}, not a state"),
+                    )
+                    .label(place, "declared here")
+                    .help("only what is declared `state` has a derivative"),
+                ))
+            }
+            None => Err(self.unknown_name(name, *name_span, &OpenArguments::new(), diagnostics)),
         }
     }
 
@@ -272,42 +301,8 @@ impl<'a> ExprLowering<'a> {
         numbers_at(&mut self.graph, array.name, &numbers, counter)
     }
 
-    /// The expression of a `let` of a loop for an index.
-    pub(super) fn open_let(
-        &mut self,
-        array: &LetArray<'a>,
-        at: Vec<LoopIndex<'a>>,
-        span: Span,
-        diagnostics: &mut Diagnostics,
-    ) -> Result<TypedExpr, ErrorReported> {
-        let key = (array.name, at.clone());
-        if let Some(done) = self.opened_lets.get(&key) {
-            return *done;
-        }
-        if self.open.contains(&array.name) {
-            let message = format!("`{}` depends on itself", array.name);
-            return Err(diagnostics.error(
-                Diagnostic::new(Code::CircularDefinition, span, message)
-                    .help("an unknown that equations determine can depend on its neighbours"),
-            ));
-        }
-        self.open.push(array.name);
-        let outer = std::mem::replace(&mut self.indices, at);
-        let result = match array.unit {
-            None => self.value(array.value, diagnostics),
-            Some(unit) => unit_of(Some(unit), diagnostics).and_then(|unit| {
-                let none = OpenArguments::new();
-                self.in_unit(array.value, &unit, NumberReading::Value, &none, diagnostics)
-            }),
-        };
-        self.indices = outer;
-        self.open.pop();
-        self.opened_lets.insert(key, result);
-        result
-    }
-
     /// Discards values computed while an index moved by more than one: they are invalid.
-    pub(super) fn forget_moving(&mut self) {
+    pub(in crate::model) fn forget_moving(&mut self) {
         self.opened_lets.retain(|(_, at), _| at.iter().all(|index| index.count == 1));
         self.calls.clear();
     }
@@ -378,4 +373,16 @@ impl<'a> ExprLowering<'a> {
                 .label(declared, "declared here"),
         ))
     }
+}
+
+/// Looks numbers up by a whole number, the first at 0.
+fn numbers_at(graph: &mut ExprGraph, name: &str, numbers: &[f64], at: ExprId) -> ExprId {
+    let (first, others) = match numbers {
+        [] => return graph.constant(0.0),
+        [first, others @ ..] => (*first, others),
+    };
+    if others.iter().all(|number| number.to_bits() == first.to_bits()) {
+        return graph.constant(first);
+    }
+    graph.intern(Node::Curve(CurveId::of_numbers(name, numbers, None), at))
 }

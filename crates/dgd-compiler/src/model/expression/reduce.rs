@@ -1,35 +1,25 @@
-//! `sum(… for i in 1..N)` and other reductions: the values for all indices, one after another.
+//! `sum(… for i in 1..N)` and other reductions, from the values for all indices.
 
-use super::whole::{IndexExtent, LoopIndex, extent_within};
+use super::{ExprLowering, OpenArguments, TypedExpr};
 use crate::diagnostics::{Code, Diagnostic, Diagnostics, ErrorReported};
 use crate::expr::Node;
 use crate::expr::intrinsics::IntrinsicId;
 use crate::model::check_units::{ExprDimension, UnitSpelling};
-use crate::model::expression::{ExprLowering, OpenArguments, TypedExpr};
 use crate::source::Span;
-use crate::syntax::ast::{LoopCounter, Reduction, ReductionOperation};
+use crate::syntax::ast::{Name, Reduction, ReductionOperation};
 
 /// Limit on the terms of a reduction, including nested ones: each is an expression of its own.
 const MOST_TERMS: usize = 100_000;
 
 impl<'a> ExprLowering<'a> {
-    pub(in crate::model) fn reduction(
+    /// The reduction of these values.
+    pub(super) fn reduced(
         &mut self,
-        reduction: &'a Reduction,
+        reduction: &Reduction,
+        terms: &[TypedExpr],
         span: Span,
-        arguments: &OpenArguments<'a>,
         diagnostics: &mut Diagnostics,
     ) -> Result<TypedExpr, ErrorReported> {
-        let mut terms = Vec::new();
-        let open = self.indices.len();
-        let is_outermost = !std::mem::replace(&mut self.within_reduction, true);
-        if is_outermost {
-            self.terms = 0;
-        }
-        let done = self.terms(reduction, &reduction.counters, arguments, &mut terms, diagnostics);
-        self.indices.truncate(open);
-        self.within_reduction = !is_outermost;
-        done?;
         let word = reduction.kind.word();
         let Some((first, others)) = terms.split_first() else {
             return match reduction.kind {
@@ -78,47 +68,52 @@ impl<'a> ExprLowering<'a> {
         Ok(total)
     }
 
-    /// The values for all indices, the last varying fastest.
-    fn terms(
+    /// Counts a term of a reduction that has `terms` so far.
+    pub(super) fn count_term(
         &mut self,
-        reduction: &'a Reduction,
-        counters: &'a [LoopCounter],
-        arguments: &OpenArguments<'a>,
-        terms: &mut Vec<TypedExpr>,
+        reduction: &Reduction,
+        terms: usize,
         diagnostics: &mut Diagnostics,
     ) -> Result<(), ErrorReported> {
-        let Some((LoopCounter { index, range }, inner)) = counters.split_first() else {
-            self.terms += 1;
-            if self.terms > MOST_TERMS {
-                if let Some(said) =
-                    diagnostics.said(Code::NotAKnownWholeNumber, reduction.body.span)
-                {
-                    return Err(said);
-                }
-                let word = reduction.kind.word();
-                let with = if self.terms > terms.len() + 1 { ", with those around it" } else { "" };
-                let message = format!("this `{word}` has more than {MOST_TERMS} terms{with}");
-                return Err(diagnostics.error(
-                    Diagnostic::new(Code::NotAKnownWholeNumber, reduction.body.span, message).help(
-                        "add up in a loop: `equation add[i]: total[i] = total[i-1] + …`, of an array \
-                         of `unknown`s",
-                    ),
-                ));
+        self.terms += 1;
+        if self.terms > MOST_TERMS {
+            if let Some(said) = diagnostics.said(Code::NotAKnownWholeNumber, reduction.body.span) {
+                return Err(said);
             }
-            self.verify_size(reduction.body.span, diagnostics)?;
-            terms.push(self.lower(&reduction.body, arguments, diagnostics)?);
+            let word = reduction.kind.word();
+            let with = if self.terms > terms + 1 { ", with those around it" } else { "" };
+            let message = format!("this `{word}` has more than {MOST_TERMS} terms{with}");
+            return Err(diagnostics.error(
+                Diagnostic::new(Code::NotAKnownWholeNumber, reduction.body.span, message).help(
+                    "add up in a loop: `equation add[i]: total[i] = total[i-1] + …`, of an array \
+                     of `unknown`s",
+                ),
+            ));
+        }
+        Ok(())
+    }
+
+    /// Checks that the index of a sum has a name of its own.
+    pub(super) fn verify_free(
+        &self,
+        index: &Name,
+        arguments: &OpenArguments<'a>,
+        diagnostics: &mut Diagnostics,
+    ) -> Result<(), ErrorReported> {
+        if self.scope.names.contains_key(index.text.as_str()) {
+            self.scope.verify_index(index, diagnostics);
+            return diagnostics.check();
+        }
+        let what = if self.indices.iter().any(|open| open.name == index.text) {
+            "another index"
+        } else if arguments.contains_key(index.text.as_str()) {
+            "an argument"
+        } else {
             return Ok(());
         };
-        self.verify_free(index, arguments, diagnostics)?;
-        let IndexExtent { lower, count } =
-            extent_within(range, &self.scope.sizes, &self.indices, diagnostics)?;
-        let open = self.indices.len();
-        for passage in 0..i64::from(count) {
-            self.indices.truncate(open);
-            self.indices.push(LoopIndex { name: &index.text, first: lower + passage, count: 1 });
-            self.terms(reduction, inner, arguments, terms, diagnostics)?;
-        }
-        self.indices.truncate(open);
-        Ok(())
+        let message = format!("the index `{}` has the name of {what}", index.text);
+        Err(diagnostics.error(
+            Diagnostic::new(Code::DuplicateName, index.span, message).help("choose another name"),
+        ))
     }
 }

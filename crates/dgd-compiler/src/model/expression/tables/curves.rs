@@ -1,15 +1,13 @@
 //! Turns points into curves.
 
-use dgd_signature::number::with_unit;
-
-use super::super::define::TableDeclaration;
-use super::super::expression::ExprLowering;
-use super::points::{SiPoint, place_of};
-use super::{TableTerm, known};
+use super::super::ExprLowering;
+use super::super::resolved_table::TableTerm;
+use super::points::SiPoint;
+use super::shown::{in_unit, place_of, plain};
 use crate::diagnostics::{Code, Diagnostic, Diagnostics, ErrorReported};
 use crate::expr::curve::interpolate::through;
 use crate::expr::curve::{CurveId, TableCurve};
-use crate::expr::display::number;
+use crate::model::scope::TableDeclaration;
 use crate::syntax::ast::{AttributeKind, TableExtrapolation, TableInterpolation};
 use crate::units::Unit;
 
@@ -185,17 +183,6 @@ fn shape_of(table: TableDeclaration<'_>) -> Option<TableInterpolation> {
     })
 }
 
-/// An SI value in another unit.
-pub(super) fn in_unit(value: f64, unit: &Unit) -> String {
-    with_unit(plain(value, unit), &unit.symbol)
-}
-
-/// [`in_unit`] without the unit, and without the rounding error of the conversion.
-fn plain(value: f64, unit: &Unit) -> String {
-    let in_unit = (value - unit.offset) / unit.factor;
-    number(format!("{in_unit:.12e}").parse().unwrap_or(in_unit))
-}
-
 /// Whether a curve is the whole table, or one of several terms.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum CurveRole {
@@ -271,4 +258,9 @@ impl<'a> CurveMaker<'a> {
         let (table, argument) = (&self.table.name.text, &self.table.arguments[axis].name.text);
         format!("`{argument}` leaves the table `{table}`, which goes from {low} to {high}")
     }
+}
+
+/// Known ordinates; zero for the others.
+fn known(lowering: &ExprLowering<'_>, point: &SiPoint) -> f64 {
+    lowering.number(point.value).unwrap_or(0.0)
 }

@@ -13,53 +13,40 @@
 
 mod curves;
 mod points;
+mod shown;
 mod smooth;
 
-use super::Smoothness;
-use super::check_units::ExprDimension;
-use super::define::TableDeclaration;
-use super::expression::{ExprLowering, TypedExpr, unit_of};
-use super::resolve::ModelResolver;
+use super::resolved_table::{ResolvedTable, TableTerm};
+use super::{ExprLowering, TypedExpr};
 use crate::diagnostics::{Code, Diagnostic, Diagnostics, ErrorReported};
-use crate::expr::curve::{CurveId, TableCurve};
+use crate::expr::curve::TableCurve;
 use crate::expr::{ExprId, Node, Symbol};
+use crate::model::check_units::ExprDimension;
+use crate::model::scope::TableDeclaration;
 use crate::source::Span;
-use crate::units::{Dimension, Unit};
+use crate::units::Unit;
 use curves::CurveMaker;
-use points::SiPoint;
 
-/// A table whose points have been read: its value is the sum of these terms.
-#[derive(Debug, Clone)]
-pub(super) struct ResolvedTable {
-    terms: Vec<TableTerm>,
-    dimension: Dimension,
-    smoothness: Vec<Smoothness>,
-}
-
-/// A product of curves of the first and of the second argument and of an ordinate.
-#[derive(Debug, Clone, Copy)]
-struct TableTerm {
-    first: CurveId,
-    second: Option<CurveId>,
-    ordinate: Option<ExprId>,
-}
+pub(super) use points::{Ordinate, SiPoint, written};
+pub(super) use smooth::verify_one_argument;
 
 impl<'a> ExprLowering<'a> {
-    /// The value of a table at its arguments, whose places are `spans`.
+    /// The value of a table, the one at `index`, at its arguments, whose places are `spans`.
     pub(super) fn look_up(
         &mut self,
         index: usize,
+        table: &ResolvedTable,
         arguments: &[TypedExpr],
         spans: &[Span],
         diagnostics: &mut Diagnostics,
     ) -> Result<TypedExpr, ErrorReported> {
-        let ResolvedTable { terms, dimension, .. } = self.table(index, diagnostics)?;
+        let ResolvedTable { terms, dimension, .. } = table;
         let curves = terms.first().into_iter().flat_map(|term| [Some(term.first), term.second]);
         for ((curve, x), span) in curves.flatten().zip(arguments).zip(spans) {
             self.verify_argument(curve.get(), self.scope.tables[index], x.id, *span, diagnostics)?;
         }
         let mut sum = None;
-        for TableTerm { first, second, ordinate } in terms {
+        for &TableTerm { first, second, ordinate } in terms {
             let mut term = self.graph.intern(Node::Curve(first, arguments[0].id));
             if let Some(second) = second {
                 let other = self.graph.intern(Node::Curve(second, arguments[1].id));
@@ -74,7 +61,7 @@ impl<'a> ExprLowering<'a> {
             });
         }
         let id = sum.unwrap_or_else(|| unreachable!("a table has a curve"));
-        Ok(TypedExpr { id, dim: ExprDimension::Of(dimension) })
+        Ok(TypedExpr { id, dim: ExprDimension::Of(*dimension) })
     }
 
     /// Checks an argument of a table outside of which runs are refused: a number must be inside, and an argument that
@@ -115,55 +102,19 @@ impl<'a> ExprLowering<'a> {
         ))
     }
 
-    /// The curves of a table, which are made once.
-    fn table(
-        &mut self,
-        index: usize,
-        diagnostics: &mut Diagnostics,
-    ) -> Result<ResolvedTable, ErrorReported> {
-        if let Some(done) = self.tables.get(&index) {
-            return done.clone();
-        }
-        let table = self.scope.tables[index];
-        let done = self.resolve_table(table, diagnostics);
-        self.tables.insert(index, done.clone());
-        done
-    }
-
-    fn resolve_table(
-        &mut self,
+    /// The terms of a table with these points.
+    pub(super) fn terms_of_table(
+        &self,
         table: TableDeclaration<'a>,
+        units: &[Unit],
+        points: &[SiPoint],
         diagnostics: &mut Diagnostics,
-    ) -> Result<ResolvedTable, ErrorReported> {
-        let units = table.arguments.iter().map(|argument| argument.unit.as_ref());
-        let units: Vec<Result<Unit, ErrorReported>> =
-            units.chain([table.unit]).map(|unit| unit_of(unit, diagnostics)).collect();
-        let mut units: Vec<Unit> = units.into_iter().collect::<Result<_, _>>()?;
-        let of_values = units.pop().unwrap_or_else(Unit::one);
-        let points = self.points(table, &units, &of_values, diagnostics)?;
-        let maker = CurveMaker::new(table, &units);
-        let terms = if units.len() == 1 {
-            self.curve(table, &maker, &points, diagnostics)?
+    ) -> Result<Vec<TableTerm>, ErrorReported> {
+        let maker = CurveMaker::new(table, units);
+        if units.len() == 1 {
+            self.curve(table, &maker, points, diagnostics)
         } else {
-            self.grid(table, &maker, &points, diagnostics)?
-        };
-        let smoothness = self.smoothness(table, &points, &of_values, diagnostics)?;
-        Ok(ResolvedTable { terms, dimension: of_values.dimension, smoothness })
-    }
-}
-
-impl ModelResolver<'_> {
-    /// Collects the smoothness of tables. Tables that nothing calls are also read, to find their errors.
-    pub(super) fn smoothness_of_tables(&mut self, diagnostics: &mut Diagnostics) {
-        for index in 0..self.lowering.scope.tables.len() {
-            // Errors have been reported.
-            let table = self.lowering.table(index, diagnostics);
-            self.model.smoothness.extend(table.into_iter().flat_map(|table| table.smoothness));
+            self.grid(table, &maker, points, diagnostics)
         }
     }
-}
-
-/// Known ordinates; zero for the others.
-fn known(lowering: &ExprLowering<'_>, point: &SiPoint) -> f64 {
-    lowering.number(point.value).unwrap_or(0.0)
 }

@@ -1,41 +1,26 @@
 //! `delay(x, tau)`: the value of `x` a time `tau` ago.
 
-use super::check_units::ExprDimension;
-use super::expression::{ExprLowering, OpenArguments, TypedExpr};
+use super::{ExprLowering, TypedExpr};
 use crate::diagnostics::{Code, Diagnostic, Diagnostics, ErrorReported};
 use crate::expr::{ExprId, Node, Symbol};
+use crate::model::check_units::ExprDimension;
 use crate::source::Span;
-use crate::syntax::ast::Expr;
 
-impl<'a> ExprLowering<'a> {
-    /// The delay of an expression by a constant or parametric time.
-    pub(super) fn delay(
+impl ExprLowering<'_> {
+    /// The delay of an expression by a constant or parametric time; `span` is the place of the time.
+    pub(super) fn delayed(
         &mut self,
-        list: &'a [Expr],
+        x: TypedExpr,
+        tau: TypedExpr,
         span: Span,
-        arguments: &OpenArguments<'a>,
         diagnostics: &mut Diagnostics,
     ) -> Result<TypedExpr, ErrorReported> {
-        let [x_expr, tau_expr] = list else {
-            let n = list.len();
-            return Err(diagnostics.error(
-                Diagnostic::new(
-                    Code::ArgumentCount,
-                    span,
-                    format!("`delay` takes 2 arguments, not {n}"),
-                )
-                .help("write what is late and by how much: `delay(x, 3 [s])`"),
-            ));
-        };
-        let x = self.lower(x_expr, arguments, diagnostics);
-        let tau = self.lower(tau_expr, arguments, diagnostics);
-        let (x, tau) = (x?, tau?);
         if tau.dim.unify(ExprDimension::Of(self.scope.second)).is_none() {
             let dimension = tau.dim.dimension();
             let message =
                 format!("a delay is a time, but this is {}", self.scope.spelling.being(dimension));
             return Err(diagnostics.error(
-                Diagnostic::new(Code::UnitsOfSides, tau_expr.span, message)
+                Diagnostic::new(Code::UnitsOfSides, span, message)
                     .here(self.scope.spelling.this_is(dimension))
                     .help("give it in a unit of time: `delay(x, 3 [s])`"),
             ));
@@ -54,8 +39,9 @@ impl<'a> ExprLowering<'a> {
         let counts = self.graph.symbols(tau.id).contains(&Symbol::Counter);
         self.strided |= is_of_rows(x.id) || is_of_rows(tau.id) || counts;
         if let Some((what, help)) = self.cannot_be_followed(x.id, tau.id) {
-            return Err(diagnostics
-                .error(Diagnostic::new(Code::InvalidDelay, tau_expr.span, what).help(help)));
+            return Err(
+                diagnostics.error(Diagnostic::new(Code::InvalidDelay, span, what).help(help))
+            );
         }
         Ok(TypedExpr { id: self.graph.intern(Node::Delay(x.id, tau.id)), dim: x.dim })
     }
@@ -118,4 +104,10 @@ impl<'a> ExprLowering<'a> {
             "delay an input by constants and parameters, or declare an `unknown` that equals it",
         ))
     }
+}
+
+/// The error for another number of arguments than two.
+pub(super) fn wrong_count(n: usize, span: Span) -> Diagnostic {
+    Diagnostic::new(Code::ArgumentCount, span, format!("`delay` takes 2 arguments, not {n}"))
+        .help("write what is late and by how much: `delay(x, 3 [s])`")
 }
