@@ -106,23 +106,47 @@ fn read_imports(
     k
 }
 
-/// The type of an `impl` block whose header starts at `start`, whether the block is of a trait, and the position of
-/// its body.
-fn read_impl(tokens: &[&str], start: usize) -> Option<(String, bool, usize)> {
-    let body = start + tokens[start..].iter().position(|token| *token == "{")?;
-    let end = tokens[start..body].iter().position(|token| *token == "where");
-    let end = end.map_or(body, |end| start + end);
-    let (mut depth, mut name, mut is_of_trait) = (0, None, false);
-    for k in start..end {
-        match tokens[k] {
-            "<" => depth += 1,
-            ">" if tokens[k - 1] != "-" => depth -= 1,
-            "for" if depth == 0 => (name, is_of_trait) = (None, true),
-            token if depth == 0 && is_name(token) => name = Some(token),
-            _ => {}
+/// An `impl` block.
+struct ImplBlock {
+    of: String,
+    is_of_trait: bool,
+    /// Position of its opening brace, and the one behind its end.
+    body: usize,
+    end: usize,
+}
+
+impl ImplBlock {
+    /// Reads the block whose header starts at `start`; `None` if it is of no named type.
+    fn read(tokens: &[&str], start: usize) -> Option<ImplBlock> {
+        let body = start + tokens[start..].iter().position(|token| *token == "{")?;
+        let header_end = tokens[start..body].iter().position(|token| *token == "where");
+        let header_end = header_end.map_or(body, |end| start + end);
+        let (mut depth, mut of, mut is_of_trait) = (0, None, false);
+        for k in start..header_end {
+            match tokens[k] {
+                "<" => depth += 1,
+                ">" if tokens[k - 1] != "-" => depth -= 1,
+                "for" if depth == 0 => (of, is_of_trait) = (None, true),
+                token if depth == 0 && is_name(token) => of = Some(token),
+                _ => {}
+            }
         }
+        let end = behind_closing(tokens, body);
+        Some(ImplBlock { of: of?.to_owned(), is_of_trait, body, end })
     }
-    Some((name?.to_owned(), is_of_trait, body))
+}
+
+/// The path `a::b::c` at `start`, or the single name there.
+fn path_at(tokens: &[&str], start: usize) -> Vec<String> {
+    let mut path = vec![tokens[start].to_owned()];
+    let mut k = start + 1;
+    while let Some(["::", name]) = tokens.get(k..k + 2)
+        && is_name(name)
+    {
+        path.push((*name).to_owned());
+        k += 2;
+    }
+    path
 }
 
 impl FileCode {
@@ -130,37 +154,28 @@ impl FileCode {
         let code = code(text);
         let tokens = words(&code);
         let mut file = FileCode { label, ..FileCode::default() };
-        // The bodies of `impl` blocks around a position: type, whether of a trait, depth, end.
-        let mut block: Option<(String, bool, usize, usize)> = None;
+        let mut block: Option<ImplBlock> = None;
         let (mut depth, mut k) = (0, 0);
         while k < tokens.len() {
-            if block.as_ref().is_some_and(|(.., end)| k >= *end) {
-                block = None;
-            }
-            let token = tokens[k];
+            block = block.filter(|block| k < block.end);
+            let begins = |after: &[&str]| k == 0 || after.contains(&tokens[k - 1]);
             if tokens[k..].starts_with(&["#", "[", "cfg", "(", "test", ")", "]"]) {
-                let end = behind_item(&tokens, k + 7);
-                if let Some(of) = tokens[k + 7..end].iter().position(|token| *token == "mod") {
-                    file.test_modules.insert(tokens[k + 8 + of].to_owned());
-                }
-                k = end;
+                k = file.skip_test(&tokens, k + 7);
                 continue;
             }
-            match token {
+            match tokens[k] {
                 "{" => depth += 1,
                 "}" => depth -= 1,
-                "use" if k == 0 || matches!(tokens[k - 1], "}" | "{" | ";" | "]" | "pub" | ")") => {
-                    let mut found = Vec::new();
+                "use" if begins(&["}", "{", ";", "]", "pub", ")"]) => {
                     let is_public = k > 0 && matches!(tokens[k - 1], "pub" | ")");
+                    let mut found = Vec::new();
                     k = read_imports(&tokens, k + 1, &[], &mut found);
                     let import = |(path, name)| Import { path, name, is_public };
                     file.imports.extend(found.into_iter().map(import));
                     continue;
                 }
-                "impl" if k == 0 || matches!(tokens[k - 1], "}" | ";" | "]" | "unsafe") => {
-                    if let Some((name, is_of_trait, body)) = read_impl(&tokens, k + 1) {
-                        block = Some((name, is_of_trait, depth + 1, behind_closing(&tokens, body)));
-                    }
+                "impl" if begins(&["}", ";", "]", "unsafe"]) => {
+                    block = ImplBlock::read(&tokens, k + 1);
                 }
                 // The name of a module is no use of an item with that name.
                 "mod" => k += 1,
@@ -169,35 +184,25 @@ impl FileCode {
                     let name = tokens[k + 1..].iter().find(|token| is_name(token));
                     let name = name.map(|name| (*name).to_owned()).unwrap_or_default();
                     match &block {
-                        _ if depth == 0 => {
-                            file.defined.insert(name);
-                        }
-                        Some((of, false, inner, _)) if depth == *inner => {
-                            file.methods.insert((of.clone(), name));
+                        _ if depth == 0 => drop(file.defined.insert(name)),
+                        Some(block) if depth == 1 && !block.is_of_trait && k > block.body => {
+                            file.methods.insert((block.of.clone(), name));
                         }
                         _ => {}
                     }
                 }
-                _ if is_name(token) => {
-                    file.names.insert(token.to_owned());
-                    let mut path = vec![token.to_owned()];
-                    while tokens.get(k + 1) == Some(&"::")
-                        && tokens.get(k + 2).is_some_and(|token| is_name(token))
-                    {
-                        path.push(tokens[k + 2].to_owned());
-                        k += 2;
-                    }
-                    let called = match path.as_slice() {
-                        [own, name, ..] if own == "Self" => Some(name.as_str()),
-                        [own] if own == "self" => match tokens.get(k + 1..k + 4) {
-                            Some([".", name, "(" | "::"]) => Some(*name),
-                            _ => None,
-                        },
+                token if is_name(token) => {
+                    let path = path_at(&tokens, k);
+                    let called = match (token, tokens.get(k + 1..k + 4)) {
+                        ("Self", _) => path.get(1).map(String::as_str),
+                        ("self", Some([".", name, "(" | "::"])) => Some(*name),
                         _ => None,
                     };
-                    if let (Some((of, ..)), Some(name)) = (&block, called) {
-                        file.called.insert((of.clone(), name.to_owned()));
+                    if let (Some(block), Some(name)) = (&block, called) {
+                        file.called.insert((block.of.clone(), name.to_owned()));
                     }
+                    file.names.insert(token.to_owned());
+                    k += 2 * (path.len() - 1);
                     if path.len() > 1 {
                         file.paths.insert(path);
                     }
@@ -207,6 +212,15 @@ impl FileCode {
             k += 1;
         }
         file
+    }
+
+    /// Skips the item at `start`, which only tests have; returns the position behind it.
+    fn skip_test(&mut self, tokens: &[&str], start: usize) -> usize {
+        let end = behind_item(tokens, start);
+        let module = tokens[start..end].iter().position(|token| *token == "mod");
+        let name = module.and_then(|module| tokens.get(start + module + 1));
+        self.test_modules.extend(name.map(|name| (*name).to_owned()));
+        end
     }
 }
 
