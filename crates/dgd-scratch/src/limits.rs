@@ -19,7 +19,7 @@ pub enum Refusal {
     Twice,
     /// The system is not Linux.
     System,
-    /// The program has another allocator than [`Scratch`].
+    /// The program has another allocator than [`Scratch`](crate::Scratch).
     Allocator,
     /// Files of this folder are held in memory themselves.
     InMemory(PathBuf),
