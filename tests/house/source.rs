@@ -65,7 +65,7 @@ impl File {
     }
 
     /// The path of its module.
-    fn module(&self) -> &[String] {
+    pub(crate) fn module(&self) -> &[String] {
         match self.path.last().map(String::as_str) {
             Some("mod" | "lib" | "main") => self.folders(),
             _ => &self.path,
@@ -74,7 +74,7 @@ impl File {
 
     /// The modules of its own crate that it names, as paths below the crate's root; items are named with them.
     pub(crate) fn uses(&self) -> BTreeSet<Vec<String>> {
-        let code: String = self.text.lines().map(without_comment).collect::<Vec<_>>().join("\n");
+        let code = code(&self.text);
         let mut found = BTreeSet::new();
         let mut words = words(&code).into_iter().peekable();
         while let Some(word) = words.next() {
@@ -131,16 +131,63 @@ impl File {
     }
 }
 
-fn without_comment(line: &str) -> &str {
-    line.split_once("//").map_or(line, |(code, _)| code)
+/// The text without comments and without what is within quotes.
+pub(crate) fn code(text: &str) -> String {
+    let mut code = String::new();
+    let mut rest = text;
+    while let Some(first) = rest.chars().next() {
+        let len = if rest.starts_with("//") {
+            rest.find('\n').unwrap_or(rest.len())
+        } else if rest.starts_with("/*") {
+            rest.find("*/").map_or(rest.len(), |end| end + 2)
+        } else if first == '"' {
+            match raw_end(&code) {
+                Some(end) => rest[1..].find(&end).map_or(rest.len(), |at| 1 + at + end.len()),
+                None => quoted_len(rest, '"'),
+            }
+        } else if first == '\'' && is_character(rest) {
+            quoted_len(rest, '\'')
+        } else {
+            code.push(first);
+            rest = &rest[first.len_utf8()..];
+            continue;
+        };
+        code.push_str(if matches!(first, '"' | '\'') { "\"\"" } else { "" });
+        rest = &rest[len..];
+    }
+    code
 }
 
-fn is_name(word: &str) -> bool {
+/// Whether a quote begins a character rather than a lifetime.
+fn is_character(text: &str) -> bool {
+    let mut chars = text.chars().skip(1);
+    chars.next() == Some('\\') || chars.next() == Some('\'')
+}
+
+/// What ends a raw string whose prefix `code` ends in; `None` for other strings.
+fn raw_end(code: &str) -> Option<String> {
+    let prefix = code.trim_end_matches('#');
+    let word = prefix.rsplit(|c: char| !c.is_alphanumeric() && c != '_').next()?;
+    matches!(word, "r" | "br").then(|| format!("\"{}", &code[prefix.len()..]))
+}
+
+/// The length of a string or character with its quotes, of which a backslash hides one.
+fn quoted_len(text: &str, quote: char) -> usize {
+    let mut is_hidden = false;
+    let end = text.char_indices().skip(1).find(|(_, c)| {
+        let is_end = *c == quote && !is_hidden;
+        is_hidden = *c == '\\' && !is_hidden;
+        is_end
+    });
+    end.map_or(text.len(), |(at, _)| at + 1)
+}
+
+pub(crate) fn is_name(word: &str) -> bool {
     word.starts_with(|c: char| c.is_alphabetic() || c == '_')
 }
 
 /// Names, `::` and single other characters.
-fn words(code: &str) -> Vec<&str> {
+pub(crate) fn words(code: &str) -> Vec<&str> {
     let mut words = Vec::new();
     let mut rest = code.trim_start();
     while let Some(first) = rest.chars().next() {
@@ -214,4 +261,12 @@ fn uses_are_read_from_groups_and_from_the_middle_of_code() {
     }
     assert!(!named.iter().any(|path| path.contains("no")), "{named:?}");
     assert!(file(&["x", "mod"], "use super::g;").uses().contains(&vec!["g".to_owned()]));
+}
+
+#[test]
+fn comments_and_quotes_are_no_code() {
+    let text = "a /* b */ \"c\\\"d\" 'e' '\\'' <'f> r#\"g \"h\"# // \"i\n\"http://\" j";
+    let code = code(text);
+    let code = words(&code).into_iter().filter(|word| is_name(word)).collect::<Vec<_>>().join(" ");
+    assert_eq!(code, "a f r j");
 }

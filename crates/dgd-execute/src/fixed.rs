@@ -9,8 +9,8 @@ use dgd_runtime::integrate::integrate;
 use dgd_runtime::linalg::FixedLu;
 use dgd_runtime::{EvaluationPoint, Failure, Options, Problem, Solution, WantedResults};
 
-use crate::interpret::{InterpretedSystem, Interpreter};
-use crate::loaded::{LoadedSystem, OnDemand};
+use crate::interpret::Interpreter;
+use crate::on_demand::OnDemand;
 use crate::system::{FunctionExecutor, ProgramSystem};
 
 /// Whether these solvers are built; otherwise the one for any n serves all, with the same bits.
@@ -48,42 +48,30 @@ impl<const N: usize> FunctionExecutor for FixedSizeModel<'_, N> {
     }
 }
 
-/// Integrates a loaded model.
+/// Integrates a loaded model if its number of unknowns has a solver of its own.
 pub(crate) fn run(
-    problem: &Problem<'_, LoadedSystem>,
+    problem: &Problem<'_, OnDemand>,
     times: &[f64],
     options: &Options,
     wanted: WantedResults<'_>,
-) -> Result<Solution, Failure> {
-    match problem.system.0.program().n() {
-        1 if SIZED => run_fixed::<1>(problem, times, options, wanted),
-        2 if SIZED => run_fixed::<2>(problem, times, options, wanted),
-        3 if SIZED => run_fixed::<3>(problem, times, options, wanted),
-        4 if SIZED => run_fixed::<4>(problem, times, options, wanted),
-        _ => integrate(problem, times, options, wanted),
-    }
-}
-
-/// Integrates an interpreted model as a loaded one without native code, so that users of the interpreter need not
-/// compile a solver.
-pub(crate) fn run_interpreted(
-    problem: &Problem<'_, InterpretedSystem>,
-    times: &[f64],
-    options: &Options,
-    wanted: WantedResults<'_>,
-) -> Result<Solution, Failure> {
-    let system = LoadedSystem::interpreted(problem.system.0.clone());
-    let Problem { p, inputs, start, .. } = *problem;
-    run(&Problem { system: &system, p, inputs, start }, times, options, wanted)
+) -> Option<Result<Solution, Failure>> {
+    let run = match problem.system.program().n() {
+        1 if SIZED => run_fixed::<1>,
+        2 if SIZED => run_fixed::<2>,
+        3 if SIZED => run_fixed::<3>,
+        4 if SIZED => run_fixed::<4>,
+        _ => return None,
+    };
+    Some(run(problem, times, options, wanted))
 }
 
 fn run_fixed<const N: usize>(
-    problem: &Problem<'_, LoadedSystem>,
+    problem: &Problem<'_, OnDemand>,
     times: &[f64],
     options: &Options,
     wanted: WantedResults<'_>,
 ) -> Result<Solution, Failure> {
-    let system = ProgramSystem(FixedSizeModel::<N>(&problem.system.0));
+    let system = ProgramSystem(FixedSizeModel::<N>(problem.system));
     let Problem { p, inputs, start, .. } = *problem;
     integrate(&Problem { system: &system, p, inputs, start }, times, options, wanted)
 }

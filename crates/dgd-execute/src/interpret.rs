@@ -10,18 +10,9 @@ use dgd_compiler::program::{
     FunctionArgument, FunctionKind, Program, ProgramFunction, ProgramOperation, SharedSeries,
     StridedPosition, TaylorSeries,
 };
-use dgd_runtime::linalg::AutoLu;
-use dgd_runtime::{EvaluationPoint, Failure, Options, Problem, Solution, WantedResults};
+use dgd_runtime::EvaluationPoint;
 
-use crate::fixed;
-use crate::system::{FunctionExecutor, ProgramSystem};
 use crate::taylor::{SeriesComputation, expand};
-
-/// A program as a system, executed operation by operation.
-///
-/// Results equal those of the generated Rust bit for bit. Cloning shares the program; each clone has its own work space
-/// and serves one thread.
-pub type InterpretedSystem = ProgramSystem<Interpreter>;
 
 /// Executes a program's operations one after another.
 #[derive(Debug, Clone)]
@@ -31,13 +22,6 @@ pub struct Interpreter {
     registers: RefCell<Vec<f64>>,
     /// Coefficients of one order of the current series.
     coefficients: RefCell<Vec<f64>>,
-}
-
-impl InterpretedSystem {
-    /// Makes a system of a program.
-    pub fn new(program: Program) -> Self {
-        ProgramSystem(Interpreter::new(program))
-    }
 }
 
 impl Interpreter {
@@ -56,6 +40,10 @@ impl Interpreter {
             registers: RefCell::new(vec![0.0; longest.max(longest_series)]),
             coefficients: RefCell::new(vec![0.0; longest_series]),
         }
+    }
+
+    pub(crate) fn program(&self) -> &Program {
+        &self.program
     }
 
     /// Work space with a place for each value of any function.
@@ -83,34 +71,9 @@ impl Interpreter {
         let mut now = self.coefficients.borrow_mut();
         expand(&self.program, series, &registers[..len], &mut now, &mut expansion);
     }
-}
 
-impl FunctionExecutor for Interpreter {
-    type Vector = Vec<f64>;
-    type Sensitivity = Vec<f64>;
-    type Inputs = Vec<f64>;
-    type Jacobian = Vec<f64>;
-    type SensitivityJacobian = Vec<f64>;
-    type Factorisation = AutoLu;
-
-    fn program(&self) -> &Program {
-        &self.program
-    }
-
-    fn interpreter(&self) -> &Interpreter {
-        self
-    }
-
-    fn integrate(
-        problem: &Problem<'_, InterpretedSystem>,
-        times: &[f64],
-        options: &Options,
-        wanted: WantedResults<'_>,
-    ) -> Result<Solution, Failure> {
-        fixed::run_interpreted(problem, times, options, wanted)
-    }
-
-    fn perform(
+    /// Executes one function, as [`FunctionExecutor::perform`](crate::FunctionExecutor::perform) does.
+    pub(crate) fn perform(
         &self,
         kind: FunctionKind,
         at: EvaluationPoint<'_>,

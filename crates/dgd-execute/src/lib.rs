@@ -7,12 +7,16 @@
 mod ensemble;
 mod fixed;
 mod interpret;
+mod interpreted;
 mod loaded;
 #[cfg(feature = "native")]
 mod native;
+mod on_demand;
 mod system;
 mod taylor;
 
-pub use interpret::{InterpretedSystem, Interpreter};
-pub use loaded::{Engine, LoadedSystem, NoNativeCode, OnDemand};
+pub use interpret::Interpreter;
+pub use interpreted::InterpretedSystem;
+pub use loaded::{Engine, LoadedSystem, NoNativeCode};
+pub use on_demand::OnDemand;
 pub use system::{FunctionExecutor, ProgramSystem};

@@ -1,12 +1,11 @@
 //! A program as a system, as fast as possible without rustc.
 
 use std::fmt;
-#[cfg(feature = "native")]
-use std::sync::Arc;
 
 use dgd_compiler::program::{FunctionKind, Program};
 #[cfg(feature = "native")]
 use dgd_compiler::program::{Loop, ProgramFunction};
+use dgd_runtime::integrate::integrate;
 use dgd_runtime::linalg::AutoLu;
 use dgd_runtime::model::Model;
 use dgd_runtime::signature::choices;
@@ -16,6 +15,7 @@ use crate::fixed;
 use crate::interpret::Interpreter;
 #[cfg(feature = "native")]
 use crate::native::NativeFunctions;
+use crate::on_demand::OnDemand;
 use crate::system::{FunctionExecutor, ProgramSystem};
 
 /// Time to compile an empty function, for each additional operation, and to interpret an operation, all in ns. They
@@ -71,14 +71,6 @@ impl std::error::Error for NoNativeCode {}
 /// work space and serves one thread.
 pub type LoadedSystem = ProgramSystem<OnDemand>;
 
-/// Executes functions with native code if it exists, otherwise with the interpreter.
-#[derive(Debug, Clone)]
-pub struct OnDemand {
-    interpreter: Interpreter,
-    #[cfg(feature = "native")]
-    native: Option<Arc<NativeFunctions>>,
-}
-
 impl LoadedSystem {
     /// Makes a system of a program, with [`Engine::Auto`].
     pub fn new(program: Program) -> Self {
@@ -105,19 +97,12 @@ impl LoadedSystem {
     }
 
     pub(crate) fn interpreted(interpreter: Interpreter) -> Self {
-        ProgramSystem(OnDemand {
-            interpreter,
-            #[cfg(feature = "native")]
-            native: None,
-        })
+        ProgramSystem(OnDemand::interpreted(interpreter))
     }
 
     #[cfg(feature = "native")]
     pub(crate) fn with_native(program: Program, native: NativeFunctions) -> Self {
-        ProgramSystem(OnDemand {
-            interpreter: Interpreter::new(program),
-            native: Some(Arc::new(native)),
-        })
+        ProgramSystem(OnDemand::with_native(program, native))
     }
 
     /// The model behind a pointer. Its solvers are compiled in this crate; creating the pointer elsewhere would compile
@@ -133,18 +118,7 @@ impl LoadedSystem {
     ///
     /// If native code was not requested, or the machine or the build does not support it: the interpreter is then used.
     pub fn compile(&self) -> Result<(), NoNativeCode> {
-        #[cfg(feature = "native")]
-        if let Some(native) = &self.0.native {
-            let program = self.0.interpreter.program();
-            for function in &program.functions {
-                let code = native.code(program, function.kind);
-                code.map_err(|refused| NoNativeCode { reason: refused.to_string() })?;
-            }
-            return Ok(());
-        }
-        let reason =
-            if cfg!(feature = "native") { "it was not asked for" } else { "it was not built" };
-        Err(NoNativeCode { reason: reason.to_owned() })
+        self.0.compile().map_err(|reason| NoNativeCode { reason })
     }
 }
 
@@ -157,11 +131,11 @@ impl FunctionExecutor for OnDemand {
     type Factorisation = AutoLu;
 
     fn program(&self) -> &Program {
-        self.interpreter.program()
+        self.program()
     }
 
     fn interpreter(&self) -> &Interpreter {
-        &self.interpreter
+        self.interpreter()
     }
 
     #[inline]
@@ -173,18 +147,7 @@ impl FunctionExecutor for OnDemand {
         s: &[f64],
         results: &mut [&mut [f64]],
     ) {
-        #[cfg(feature = "native")]
-        if let Some(native) = &self.native
-            && let Some(code) = native.called(self.program(), kind)
-        {
-            if code.scratch() == 0 {
-                code.call(at, udot, s, results, &mut []);
-            } else {
-                code.call(at, udot, s, results, &mut self.interpreter.registers());
-            }
-            return;
-        }
-        self.interpreter.perform(kind, at, udot, s, results);
+        self.perform(kind, at, udot, s, results);
     }
 
     fn integrate(
@@ -193,6 +156,9 @@ impl FunctionExecutor for OnDemand {
         options: &Options,
         wanted: WantedResults<'_>,
     ) -> Result<Solution, Failure> {
-        fixed::run(problem, times, options, wanted)
+        let Problem { p, inputs, start, .. } = *problem;
+        let functions = Problem { system: &problem.system.0, p, inputs, start };
+        fixed::run(&functions, times, options, wanted)
+            .unwrap_or_else(|| integrate(problem, times, options, wanted))
     }
 }

@@ -7,6 +7,7 @@
 mod analysis;
 mod answer;
 mod dimensions;
+mod failure;
 mod files;
 mod places;
 mod server;
@@ -18,8 +19,6 @@ use std::error::Error;
 use std::io::{BufReader, stdin, stdout};
 
 use lsp_server::Connection;
-
-type ServerFailure = Box<dyn Error + Send + Sync>;
 
 /// Serves an editor on standard input and output until it disconnects.
 ///

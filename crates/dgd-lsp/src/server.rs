@@ -16,9 +16,9 @@ use lsp_types::{
 };
 use serde_json::{Value, json};
 
-use crate::ServerFailure;
 use crate::analysis::{Analysis, analyse};
 use crate::answer::{self, AnswerContext};
+use crate::failure::ServerFailure;
 use crate::files::OpenDocuments;
 use crate::places;
 

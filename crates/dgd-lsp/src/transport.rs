@@ -8,7 +8,8 @@ use lsp_server::{Connection, ErrorCode, Message, Notification};
 use serde::de::IgnoredAny;
 use serde_json::json;
 
-use crate::{ServerFailure, serve};
+use crate::failure::ServerFailure;
+use crate::server;
 
 /// Limit on the bytes of a message. No model comes near it: a greater length is an error.
 const LARGEST: usize = 64 << 20;
@@ -46,7 +47,7 @@ pub(crate) fn serve_stream(
         }
         Ok::<(), io::Error>(())
     });
-    serve(&server)?;
+    server::run(&server)?;
     // The writing thread ends when nothing more can be sent.
     drop(server);
     for thread in [reader, writer] {

@@ -8,7 +8,7 @@ use dgd_data::write::{TableFormat, save};
 use dgd_plot::Figure;
 use dgd_work::{
     ColumnKind, DiscoveryResult, FitResult, NamedColumn, OutputPart, Sensitivities,
-    SimulationResult, TimeTable, UnusableFile, WorkError,
+    SimulationResult, TimeTable, UnusableFile, UsageError, WorkError,
 };
 use pyo3::prelude::*;
 use pyo3::types::PyDict;

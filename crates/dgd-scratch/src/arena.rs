@@ -16,8 +16,8 @@ use std::ptr::null_mut;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Mutex, MutexGuard, OnceLock, PoisonError};
 
-use crate::Trouble;
 use crate::blocks::Blocks;
+use crate::limits::Trouble;
 use crate::watch::Watch;
 
 /// Bytes of a block.

@@ -12,7 +12,7 @@ use std::sync::Mutex;
 use std::time::Duration;
 
 use crate::arena::{Arena, LEAST, ask_for_short_slices, is_in_memory, page};
-use crate::{Limits, Refusal, Trouble};
+use crate::limits::{Limits, Refusal, Trouble};
 
 /// How often the thread looks.
 const LOOKS: Duration = Duration::from_millis(1);

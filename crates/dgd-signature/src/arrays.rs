@@ -1,23 +1,9 @@
 //! Expands the description of a model with arrays from one whose size does not depend on them.
 
+pub use crate::pattern::PatternRun;
 use crate::unknowns::element_name;
-pub use crate::unknowns::{Labels, Unknowns};
+pub use crate::unknowns::{Array, Family, Labels, Unknowns};
 use crate::{List, Output, Signature, Text, Unit};
-
-/// An array of unknowns; in y its elements follow the preceding unknowns.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Array {
-    /// Its name.
-    pub name: Text,
-    /// Index of its first element.
-    pub lower: i64,
-    /// Number of elements.
-    pub count: usize,
-    /// Declared unit.
-    pub unit: Unit,
-    /// Size for tolerances, SI.
-    pub nominal: Option<f64>,
-}
 
 /// Outputs for each element of an array; in w they follow the preceding outputs.
 #[derive(Debug, Clone, PartialEq)]
@@ -32,32 +18,6 @@ pub struct OutputArray {
     pub unit: Unit,
     /// Standard deviation of the sensors' white error, SI.
     pub noise: Option<f64>,
-}
-
-/// Rows of consecutive elements from one equation; families follow each other as the elements do.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Family {
-    /// Number of rows.
-    pub count: usize,
-    /// Whether its rows are ẏ = f.
-    pub differential: bool,
-    /// Label of the equation.
-    pub equation: Text,
-    /// First index of the equation's loop; `None` for a single equation.
-    pub lower: Option<i64>,
-}
-
-/// Places (row + k, column + k) or (row + k, column) of a matrix, for k from 0 to `count` − 1.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct PatternRun {
-    /// Row of the first place.
-    pub row: usize,
-    /// Column of the first place.
-    pub column: usize,
-    /// Whether the column moves with the row.
-    pub diagonal: bool,
-    /// Number of places.
-    pub count: usize,
 }
 
 /// What a model's arrays add to its description.

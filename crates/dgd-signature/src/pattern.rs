@@ -1,7 +1,6 @@
 //! Sparsity patterns of a model's matrices.
 
 use crate::List;
-use crate::arrays::PatternRun;
 
 /// The non-zeros of a matrix, each once.
 ///
@@ -15,6 +14,19 @@ pub struct Pattern {
     pub columns: List<usize>,
     /// Non-zeros in the rows of families.
     pub runs: List<PatternRun>,
+}
+
+/// Places (row + k, column + k) or (row + k, column) of a matrix, for k from 0 to `count` − 1.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct PatternRun {
+    /// Row of the first place.
+    pub row: usize,
+    /// Column of the first place.
+    pub column: usize,
+    /// Whether the column moves with the row.
+    pub diagonal: bool,
+    /// Number of places.
+    pub count: usize,
 }
 
 impl Pattern {

@@ -1,6 +1,5 @@
 //! Names of a model's unknowns and equations; those of array elements are created on demand.
 
-use crate::arrays::{Array, Family};
 use crate::{List, Text, Unit, Unknown};
 
 /// The unknowns y: single ones, then the elements of arrays, whose descriptions are created on demand.
@@ -12,6 +11,34 @@ pub struct Unknowns {
     pub arrays: List<Array>,
     /// Rows of the elements.
     pub families: List<Family>,
+}
+
+/// An array of unknowns; in y its elements follow the preceding unknowns.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Array {
+    /// Its name.
+    pub name: Text,
+    /// Index of its first element.
+    pub lower: i64,
+    /// Number of elements.
+    pub count: usize,
+    /// Declared unit.
+    pub unit: Unit,
+    /// Size for tolerances, SI.
+    pub nominal: Option<f64>,
+}
+
+/// Rows of consecutive elements from one equation; families follow each other as the elements do.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Family {
+    /// Number of rows.
+    pub count: usize,
+    /// Whether its rows are ẏ = f.
+    pub differential: bool,
+    /// Label of the equation.
+    pub equation: Text,
+    /// First index of the equation's loop; `None` for a single equation.
+    pub lower: Option<i64>,
 }
 
 impl Unknowns {

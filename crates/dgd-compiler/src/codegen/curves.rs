@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use proc_macro2::{Ident, TokenStream};
 use quote::{format_ident, quote};
 
-use super::number;
+use super::literals::number;
 use crate::expr::curve::CurveId;
 use crate::program::{Loop, Program, ProgramOperation};
 

@@ -5,7 +5,7 @@ use quote::quote;
 
 use dgd_signature::Unit;
 
-use super::{doc_attributes, identifier, index, number};
+use super::literals::{doc_attributes, identifier, index, number};
 use crate::program::{Program, QuantityDescription};
 use crate::units::describe;
 

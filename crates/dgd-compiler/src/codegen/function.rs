@@ -7,46 +7,15 @@ use quote::{format_ident, quote};
 
 use dgd_signature::Signature;
 
-use super::{curves, identifier, index, loops, number};
-use crate::expr::graph::Comparison;
-use crate::expr::intrinsics::IntrinsicDefinition;
+use super::fragment::{CodeFragment, DEEPEST_PIECE, array, piece_of};
+use super::literals::{identifier, index};
+use super::loops;
+use super::row_docs::doc_of_row;
 use crate::program::{
     FunctionArgument, FunctionKind, Loop, Program, ProgramFunction, ProgramOperation, ResultKind,
-    SharedSeries, StridedPosition, UnknownRow, ValueId,
+    SharedSeries, ValueId,
 };
 use crate::source::SourceMap;
-
-/// Expressions nest up to this many operations in one statement.
-pub(super) const DEEPEST_PIECE: usize = 8;
-
-/// How tightly a piece of code binds.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-enum TokenPrecedence {
-    Any,
-    Sum,
-    Product,
-    Unary,
-    Atom,
-}
-
-/// Code for a value, not yet bound to a name.
-#[derive(Clone)]
-pub(super) struct CodeFragment {
-    pub(super) tokens: TokenStream,
-    tightness: TokenPrecedence,
-    pub(super) depth: usize,
-}
-
-impl CodeFragment {
-    pub(super) fn atom(tokens: TokenStream) -> CodeFragment {
-        CodeFragment { tokens, tightness: TokenPrecedence::Atom, depth: 0 }
-    }
-
-    fn at_least(&self, least: TokenPrecedence) -> TokenStream {
-        let tokens = &self.tokens;
-        if self.tightness >= least { tokens.clone() } else { quote!((#tokens)) }
-    }
-}
 
 pub(super) fn method(
     program: &Program,
@@ -102,27 +71,6 @@ pub(super) fn method(
     }
 }
 
-/// The comment above the row of an unknown or an element.
-pub(super) fn doc_of_row(program: &Program, row: usize, sources: &SourceMap) -> String {
-    match program.source.rows.get(row) {
-        Some(own) => row_doc(program, row, *own, sources),
-        None => loops::family_doc(program, row, false, sources),
-    }
-}
-
-/// The comment above a row: its equation, its source position and its left side.
-fn row_doc(program: &Program, row: usize, own: UnknownRow, sources: &SourceMap) -> String {
-    let (line, _) = sources.line_column(own.span);
-    let unknown = &program.signature.unknowns.single[row];
-    let left = match (own.by_mode, unknown.differential) {
-        (true, _) => format!("0 or der({})", unknown.name),
-        (false, true) => format!("der({})", unknown.name),
-        (false, false) => "0".to_owned(),
-    };
-    let file = &sources.get(own.span.source).name;
-    format!(" `{}` ({file}:{line}): {left} =", program.signature.equations.get(row))
-}
-
 fn bind_arrays(program: &Program, function: &ProgramFunction) -> Vec<TokenStream> {
     let of_loops = function.loops.iter().flat_map(Loop::operations);
     bind_arrays_of(program, function.body.iter().chain(of_loops))
@@ -158,10 +106,6 @@ pub(super) fn bind_arrays_of<'a>(
         quote!(let #name = ::dgd::__runtime::codegen::fixed::<#len>(#from);)
     })
     .collect()
-}
-
-fn array(argument: FunctionArgument) -> Ident {
-    format_ident!("_{}", argument.symbol())
 }
 
 fn result_name(kind: ResultKind) -> Ident {
@@ -345,120 +289,4 @@ fn uses(operations: &[ProgramOperation]) -> Vec<u32> {
         uses[operand.index()] += 1;
     }
     uses
-}
-
-/// Code for an operation on pieces.
-pub(super) fn piece_of(
-    operation: ProgramOperation,
-    pieces: &BTreeMap<ValueId, CodeFragment>,
-) -> CodeFragment {
-    let depth = operation.operands().map(|v| pieces[&v].depth + 1).max().unwrap_or(0);
-    let infix = |a: ValueId, operator: TokenStream, b: ValueId, own, right| {
-        let (a, b) = (pieces[&a].at_least(own), pieces[&b].at_least(right));
-        CodeFragment { tokens: quote!(#a #operator #b), tightness: own, depth }
-    };
-    let any = |value: ValueId| &pieces[&value].tokens;
-    let atom = |tokens| CodeFragment { tokens, tightness: TokenPrecedence::Atom, depth };
-    match operation {
-        ProgramOperation::Constant(value) => {
-            let tightness = if value.is_sign_negative() {
-                TokenPrecedence::Unary
-            } else {
-                TokenPrecedence::Atom
-            };
-            CodeFragment { tokens: number(value), tightness, depth }
-        }
-        ProgramOperation::Time => atom(quote!(_at.t)),
-        ProgramOperation::Load(argument, index) => {
-            let (array, index) = (array(argument), super::index(index as usize));
-            atom(quote!(#array[#index]))
-        }
-        ProgramOperation::LoadSwept(argument, StridedPosition { first, by_round })
-        | ProgramOperation::LoadRound(argument, StridedPosition { first, by_round }) => {
-            let by_passage = matches!(operation, ProgramOperation::LoadSwept(..));
-            let position = loops::place(first as usize, by_round as isize, by_passage);
-            let array = array(argument);
-            atom(quote!(#array[#position]))
-        }
-        ProgramOperation::Counter => atom(quote!((_k as f64))),
-        ProgramOperation::Round => atom(quote!((_r as f64))),
-        ProgramOperation::Negate(a) => {
-            let a = pieces[&a].at_least(TokenPrecedence::Atom);
-            CodeFragment { tokens: quote!(-#a), tightness: TokenPrecedence::Unary, depth }
-        }
-        ProgramOperation::Add(a, b) => {
-            infix(a, quote!(+), b, TokenPrecedence::Sum, TokenPrecedence::Product)
-        }
-        ProgramOperation::Subtract(a, b) => {
-            infix(a, quote!(-), b, TokenPrecedence::Sum, TokenPrecedence::Product)
-        }
-        ProgramOperation::Multiply(a, b) => {
-            infix(a, quote!(*), b, TokenPrecedence::Product, TokenPrecedence::Unary)
-        }
-        ProgramOperation::Divide(a, b) => {
-            infix(a, quote!(/), b, TokenPrecedence::Product, TokenPrecedence::Unary)
-        }
-        ProgramOperation::Call1(f, a) => {
-            let path = rust_path(f.get().definition.rust_path());
-            let a = any(a);
-            atom(quote!(#path(#a)))
-        }
-        ProgramOperation::Call2(f, a, b) => {
-            let path = rust_path(f.get().definition.rust_path());
-            let (a, b) = (any(a), any(b));
-            atom(quote!(#path(#a, #b)))
-        }
-        ProgramOperation::Curve(curve, a) => {
-            let (name, a) = (curves::name(curve), any(a));
-            atom(quote!(#name.value(#a)))
-        }
-        ProgramOperation::Compare(comparison, a, b) => {
-            let (a, b) = (any(a), any(b));
-            let operator = match comparison {
-                Comparison::Less => quote!(<),
-                Comparison::LessEqual => quote!(<=),
-                Comparison::Greater => quote!(>),
-                Comparison::GreaterEqual => quote!(>=),
-            };
-            atom(quote!((#a #operator #b)))
-        }
-        ProgramOperation::And(a, b) => {
-            let (a, b) = (any(a), any(b));
-            atom(quote!((#a && #b)))
-        }
-        ProgramOperation::Or(a, b) => {
-            let (a, b) = (any(a), any(b));
-            atom(quote!((#a || #b)))
-        }
-        ProgramOperation::Not(a) => {
-            let a = pieces[&a].at_least(TokenPrecedence::Atom);
-            CodeFragment { tokens: quote!(!#a), tightness: TokenPrecedence::Unary, depth }
-        }
-        ProgramOperation::Select(c, a, b) => {
-            let (c, a, b) = (any(c), any(a), any(b));
-            CodeFragment {
-                tokens: quote!(if #c { #a } else { #b }),
-                tightness: TokenPrecedence::Any,
-                depth,
-            }
-        }
-    }
-}
-
-impl IntrinsicDefinition {
-    /// The function that generated code calls.
-    fn rust_path(&self) -> &'static str {
-        match self {
-            IntrinsicDefinition::One { rust_path, .. }
-            | IntrinsicDefinition::Two { rust_path, .. } => rust_path,
-            IntrinsicDefinition::Expansion(..) => {
-                unreachable!("an expansion is expanded before it is called")
-            }
-        }
-    }
-}
-
-/// `::core::primitive::f64::tanh` as tokens.
-fn rust_path(path: &str) -> TokenStream {
-    path.parse().unwrap_or_else(|_| unreachable!("`{path}` is a path"))
 }

@@ -3,7 +3,7 @@
 use proc_macro2::TokenStream;
 use quote::quote;
 
-use super::index;
+use super::literals::index;
 use crate::program::Program;
 
 /// Methods of `SolvableSystem` for ensembles; none for models with discrete numbers, which ensembles do not support.

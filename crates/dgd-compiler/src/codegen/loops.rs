@@ -5,10 +5,9 @@ use std::collections::BTreeMap;
 use proc_macro2::{Ident, TokenStream};
 use quote::{format_ident, quote};
 
-use dgd_signature::arrays::{Array, Family};
-
-use super::function::{CodeFragment, DEEPEST_PIECE, doc_of_row, piece_of};
-use super::index;
+use super::fragment::{CodeFragment, DEEPEST_PIECE, piece_of, place};
+use super::literals::index;
+use super::row_docs::{doc_of_row, family_doc};
 use crate::program::{
     FunctionKind, Loop, LoopStore, Program, ProgramFunction, ProgramOperation, ValueId,
 };
@@ -70,21 +69,6 @@ pub(super) fn writes(
     out
 }
 
-/// A position in a loop, which advances with the rounds and optionally with the passages.
-pub(super) fn place(first: usize, by_round: isize, by_passage: bool) -> TokenStream {
-    let step = index(by_round.unsigned_abs());
-    let first = (first > 0).then(|| {
-        let first = index(first);
-        quote!(#first)
-    });
-    let of_round =
-        (by_round > 0).then(|| if by_round == 1 { quote!(_r) } else { quote!(#step * _r) });
-    let of_passage = by_passage.then(|| quote!(_k));
-    let sum = [first, of_round, of_passage].into_iter().flatten();
-    let place = sum.reduce(|sum, term| quote!(#sum + #term)).unwrap_or_else(|| quote!(0));
-    if by_round < 0 { quote!(#place - #step * _r) } else { place }
-}
-
 /// The operations of a loop's rounds and of its passages. A value used once is written inline, but the values of a
 /// round are computed before its passages.
 fn statements(
@@ -127,48 +111,4 @@ fn statements(
         return (statements, Vec::new());
     }
     (of_rounds, statements)
-}
-
-/// The comment above the rows of elements; for rounds, without the first index.
-pub(super) fn family_doc(
-    program: &Program,
-    row: usize,
-    in_rounds: bool,
-    sources: &SourceMap,
-) -> String {
-    let unknowns = &program.signature.unknowns;
-    let mut rows = unknowns.families.iter().zip(&program.source.families);
-    let mut before = unknowns.single.len();
-    let equation_of_row = rows.find(|(family, _)| {
-        before += family.count;
-        row < before
-    });
-    let Some((Family { equation, differential, .. }, span)) = equation_of_row else {
-        return String::new();
-    };
-    let name = array_of(&unknowns.arrays, row - unknowns.single.len());
-    let shown = |name| if in_rounds { without_indices(name) } else { name };
-    let (equation, name) = (shown(equation), shown(name));
-    let (line, _) = sources.line_column(*span);
-    let file = &sources.get(span.source).name;
-    let left = if *differential { format!("der({name})") } else { "0".to_owned() };
-    format!(" `{equation}` ({file}:{line}): {left} =")
-}
-
-/// `T` of `T[2][1]`.
-fn without_indices(mut name: &str) -> &str {
-    while let Some((array, _)) = name.strip_suffix(']').and_then(|name| name.rsplit_once('[')) {
-        name = array;
-    }
-    name
-}
-
-/// The name of the array that has an element, counted over all of them.
-fn array_of(arrays: &[Array], element: usize) -> &str {
-    let mut before = 0;
-    let holder = arrays.iter().find(|array| {
-        before += array.count;
-        element < before
-    });
-    holder.map_or("", |array| &array.name)
 }

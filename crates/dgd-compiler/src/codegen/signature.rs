@@ -11,7 +11,8 @@ use dgd_signature::{
 use proc_macro2::{Ident, Literal, Span, TokenStream};
 use quote::quote;
 
-use super::{curves, index, number};
+use super::curves;
+use super::literals::{index, number};
 use crate::program::{self, FunctionKind, Program, RUNS};
 
 pub(super) fn signature(program: &Program) -> TokenStream {

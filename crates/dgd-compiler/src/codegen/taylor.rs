@@ -8,8 +8,9 @@
 use proc_macro2::{Ident, Span, TokenStream};
 use quote::{format_ident, quote};
 
-use super::function::{CodeFragment, StatementWriter, Statements, bind_arrays_of};
-use super::index;
+use super::fragment::CodeFragment;
+use super::function::{StatementWriter, Statements, bind_arrays_of};
+use super::literals::index;
 use crate::program::{
     ConstantFactor, FunctionArgument, MatrixEntry, NoTaylor, Program, ProgramOperation, Recurrence,
     SharedSeries, ValueId,

@@ -5,6 +5,7 @@
 //! current values of the outputs, and finally those of inputs, which reach everything that reads an input, including
 //! start values and other effects.
 
+use super::blend::{blended, times};
 use super::declared::NameDeclarations;
 use super::instance::{AppliedChange, ChangeKind, EffectInstance};
 use super::open::{ExpandableDefinitions, ExpressionExpansion, VariantPath};
@@ -13,9 +14,9 @@ use super::{EffectApplication, EffectBlending, ModelWithEffects, signs, units};
 use crate::diagnostics::{Code, Diagnostic, Diagnostics, ErrorReported, suggestion};
 use crate::model::{ModelOptions, resolve};
 use crate::parts::{self, FlatModel};
-use crate::source::{SourceId, Span};
+use crate::source::SourceId;
 use crate::syntax::ast::{
-    Ast, EffectKind, Expr, ExprKind, FactorSide, Item, ItemKind, Name, Sign, WrittenUnit,
+    Ast, EffectKind, Expr, ExprKind, Item, ItemKind, Name, Sign, WrittenUnit,
 };
 use crate::syntax::print::parenthesise;
 use crate::syntax::visit::{self, ExprRole, ItemPart, Namespace};
@@ -485,19 +486,4 @@ fn add_term(right: &mut Expr, value: &Expr) {
     let first = right.clone();
     let signed = std::iter::once((Sign::Plus, first)).chain(terms).collect();
     *right = Expr { span, kind: ExprKind::Sum(signed) };
-}
-
-/// λ e
-fn times(blend: &str, value: Expr) -> Expr {
-    let span = value.span;
-    let blend = Expr { span, kind: ExprKind::Name(blend.to_owned()) };
-    let factors = vec![(FactorSide::Times, blend), (FactorSide::Times, value)];
-    Expr { span, kind: ExprKind::Product(factors) }
-}
-
-/// old + λ (new − old)
-pub(super) fn blended(old: Expr, new: Expr, blend: &str, span: Span) -> Expr {
-    let difference = ExprKind::Sum(vec![(Sign::Plus, new), (Sign::Minus, old.clone())]);
-    let change = times(blend, Expr { span, kind: difference });
-    Expr { span, kind: ExprKind::Sum(vec![(Sign::Plus, old), (Sign::Plus, change)]) }
 }

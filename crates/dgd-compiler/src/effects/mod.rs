@@ -15,6 +15,7 @@
 
 mod apply;
 mod bind;
+mod blend;
 mod declared;
 mod exclusive;
 mod instance;

@@ -7,7 +7,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use super::EffectBlending;
-use super::apply::blended;
+use super::blend::blended;
 use crate::diagnostics::{Code, Diagnostic, Diagnostics};
 use crate::source::{SourceId, Span};
 use crate::syntax::ast::{EffectKind, Expr, ExprKind, Name};

@@ -6,7 +6,7 @@
 pub use crate::syntax::ast::Comparison;
 
 use super::curve::CurveId;
-use super::intrinsics::IntrinsicId;
+use super::intrinsics::{IntrinsicDefinition, IntrinsicId};
 use crate::expr::hash::{HashMap, HashSet};
 
 /// An expression of a [`ExprGraph`].
@@ -261,6 +261,18 @@ impl ExprGraph {
             self.nodes.push(node);
             next
         })
+    }
+
+    /// A call without simplification; an expansion is expanded.
+    pub fn intern_call(&mut self, function: IntrinsicId, arguments: &[ExprId]) -> ExprId {
+        match (&function.get().definition, arguments) {
+            (IntrinsicDefinition::One { .. }, &[x]) => self.intern(Node::Call1(function, x)),
+            (IntrinsicDefinition::Two { .. }, &[x, y]) => self.intern(Node::Call2(function, x, y)),
+            (IntrinsicDefinition::Expansion(arity, expand), of) if of.len() == *arity => {
+                expand(self, of)
+            }
+            _ => unreachable!("the resolver checks the number of arguments"),
+        }
     }
 
     /// A number.

@@ -5,7 +5,7 @@
 
 use dgd_signature::special;
 
-use super::graph::{Comparison, ExprGraph, ExprId, Node};
+use super::graph::{Comparison, ExprGraph, ExprId};
 
 /// A function of the language.
 pub struct Intrinsic {
@@ -666,30 +666,6 @@ fn root_of_one_minus_square(g: &mut ExprGraph, x: ExprId) -> ExprId {
     let one = g.constant(1.0);
     let rest = g.subtract(one, square);
     g.call1("sqrt", rest)
-}
-
-impl ExprGraph {
-    /// A simplified call, by the name in the table.
-    pub(crate) fn call1(&mut self, name: &str, x: ExprId) -> ExprId {
-        self.call(IntrinsicId::named(name), &[x])
-    }
-
-    /// x^y, simplified.
-    pub fn power(&mut self, x: ExprId, y: ExprId) -> ExprId {
-        self.call(IntrinsicId::named("^"), &[x, y])
-    }
-
-    /// A call without simplification; an expansion is expanded.
-    pub fn intern_call(&mut self, function: IntrinsicId, arguments: &[ExprId]) -> ExprId {
-        match (&function.get().definition, arguments) {
-            (IntrinsicDefinition::One { .. }, &[x]) => self.intern(Node::Call1(function, x)),
-            (IntrinsicDefinition::Two { .. }, &[x, y]) => self.intern(Node::Call2(function, x, y)),
-            (IntrinsicDefinition::Expansion(arity, expand), of) if of.len() == *arity => {
-                expand(self, of)
-            }
-            _ => unreachable!("the resolver checks the number of arguments"),
-        }
-    }
 }
 
 #[cfg(test)]

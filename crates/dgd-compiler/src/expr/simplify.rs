@@ -199,6 +199,16 @@ impl ExprGraph {
         }
     }
 
+    /// A simplified call, by the name in the table.
+    pub(crate) fn call1(&mut self, name: &str, x: ExprId) -> ExprId {
+        self.call(IntrinsicId::named(name), &[x])
+    }
+
+    /// x^y, simplified.
+    pub fn power(&mut self, x: ExprId, y: ExprId) -> ExprId {
+        self.call(IntrinsicId::named("^"), &[x, y])
+    }
+
     /// The derivative of a curve at x.
     pub(crate) fn slope_of_curve(&mut self, curve: CurveId, x: ExprId) -> ExprId {
         match curve.derivative() {

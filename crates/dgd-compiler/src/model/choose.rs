@@ -3,8 +3,8 @@
 use std::collections::BTreeMap;
 
 use super::Variant;
-use super::define::{ModelScope, NameDefinition};
-use super::resolve::{ModelOptions, Setting};
+use super::options::{ModelOptions, Setting};
+use super::scope::{ModelScope, NameDefinition};
 use crate::diagnostics::{Code, Diagnostic, Diagnostics, suggestion};
 use crate::parts;
 use crate::source::Span;

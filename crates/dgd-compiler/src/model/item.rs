@@ -1,12 +1,12 @@
 //! Parameters, unknowns, outputs and equations: one item at a time.
 
 use super::DeclarationHeader;
-use super::check_units::ExprDimension;
-use super::define::NameDefinition;
+use super::check_units::{ExprDimension, unit_of};
 use super::density::prior::within_support;
 use super::density::reading::{NoisyOutput, OutputNoise};
-use super::expression::{TypedExpr, unit_of};
-use super::resolve::{ModelResolver, NumberReading};
+use super::expression::{NumberReading, TypedExpr};
+use super::resolver::ModelResolver;
+use super::scope::NameDefinition;
 use super::{Equation, Output, Parameter, Unknown};
 use crate::diagnostics::{Code, Diagnostic, Diagnostics, ErrorReported};
 use crate::expr::{ExprId, Symbol};

@@ -3,15 +3,15 @@
 mod arrays;
 mod check_units;
 mod choose;
-mod define;
-mod delay;
 mod density;
 mod expression;
 mod item;
 mod modes;
+mod options;
 mod resolve;
+mod resolver;
+mod scope;
 mod start;
-mod tables;
 pub mod text;
 pub mod typeset;
 
@@ -28,7 +28,8 @@ pub use crate::syntax::ast::{BoundSide, Name};
 pub use dgd_signature::{Crossing, Density, Interpolation, PriorDensity};
 
 pub use crate::parts::InnerModel;
-pub use resolve::{ModelOptions, Setting, resolve, resolve_noting};
+pub use options::{ModelOptions, Setting};
+pub use resolve::{resolve, resolve_noting};
 
 /// `resolve` guarantees that
 ///

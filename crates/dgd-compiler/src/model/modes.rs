@@ -3,9 +3,9 @@
 use std::collections::BTreeMap;
 
 use super::check_units::ExprDimension;
-use super::define::NameDefinition;
-use super::expression::{ExprLowering, TypedExpr};
-use super::resolve::{ModelResolver, NumberReading};
+use super::expression::{ExprLowering, NumberReading, TypedExpr};
+use super::resolver::ModelResolver;
+use super::scope::NameDefinition;
 use super::{
     Array, Automaton, AutomatonOrigin, DeclarationHeader, Equation, Family, Mode, Reset,
     Saturation, Transition,

@@ -2,16 +2,16 @@
 
 use std::collections::BTreeMap;
 
-use super::check_units::ExprDimension;
+use super::check_units::unit_of;
 use super::choose::{check_settings, choose, leave_out_impossible, unknown_choice};
-use super::define::{ModelScope, NameDefinition, in_order};
-use super::density::reading::DensityFormula;
-use super::expression::{ExprLowering, OpenArguments, TypedExpr, is_plain, unit_of};
+use super::expression::{ExprLowering, NumberReading, TypedExpr};
 use super::item::UnknownDeclaration;
-use super::{Constant, DeclarationHeader, Input, Interpolation, Let, Model, Parameter};
+use super::options::ModelOptions;
+use super::resolver::ModelResolver;
+use super::scope::{ModelScope, NameDefinition, in_order};
+use super::{Constant, Input, Interpolation, Let, Model};
 use crate::argument::Argument;
 use crate::diagnostics::{Code, Diagnostic, Diagnostics, ErrorReported};
-use crate::expr::{ExprId, Symbol};
 use crate::parts::{self, FlatModel, InnerModel};
 use crate::sentence;
 use crate::source::Span;
@@ -19,30 +19,7 @@ use crate::syntax::ast::{
     ArrayKind, Ast, AttributeKind, Expr, Item, ItemKind, Name, StartRule, UnknownKind, WrittenUnit,
 };
 use crate::syntax::own_units;
-use crate::units::{Dimension, Unit, which_is_meant};
-
-/// Choices and settings from outside the model file.
-#[derive(Debug, Clone, Default)]
-pub struct ModelOptions {
-    /// Choices of variants; unnamed variants keep their first.
-    pub variants: Vec<(Name, Name)>,
-    /// New values of constants and parameters and start values of unknowns.
-    pub settings: Vec<Setting>,
-    /// Data columns. If they are known, an input that nothing reads is kept if it has a column, because additions to
-    /// the model may read it, and left out otherwise.
-    pub columns: Option<Vec<String>>,
-    /// Place of the request that runs start at rest, if the model itself does not.
-    pub starts_at_rest: Option<Span>,
-}
-
-/// `name = value`, given from outside; a plain number is in the declared unit.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Setting {
-    /// The name.
-    pub name: Name,
-    /// Its new value.
-    pub value: Expr,
-}
+use crate::units::Dimension;
 
 /// Makes a model of a file and the libraries that it imports.
 ///
@@ -195,27 +172,6 @@ fn once(parts: Vec<InnerModel>) -> Vec<InnerModel> {
     distinct
 }
 
-/// Whether a number is a value, including the offset of its unit, or a size.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum NumberReading {
-    /// 20 °C is 293.15 K.
-    Value,
-    /// 20 °C is 20 K.
-    Size,
-}
-
-pub(super) struct ModelResolver<'a> {
-    pub(super) lowering: ExprLowering<'a>,
-    pub(super) settings: BTreeMap<&'a str, &'a Expr>,
-    /// Position of the next loop.
-    pub(super) next_loop: usize,
-    /// Formulas of noise, by position of the output.
-    pub(super) formulas: Vec<(usize, DensityFormula)>,
-    /// Parameters and inputs that are elements of arrays: they follow the others.
-    pub(super) elements: (Vec<Parameter>, Vec<Input>),
-    pub(super) model: Model,
-}
-
 impl<'a> ModelResolver<'a> {
     fn constants_and_lets(
         &mut self,
@@ -259,21 +215,6 @@ impl<'a> ModelResolver<'a> {
             }
         }
         self.model.constants = constants.into_values().collect();
-    }
-
-    /// The start value set from outside, or else the declared one.
-    fn start_of(&self, name: &Name, declared: Option<&'a Expr>) -> Option<&'a Expr> {
-        self.settings.get(name.text.as_str()).copied().or(declared)
-    }
-
-    /// The position of an array of constants, parameters or inputs.
-    fn vector(&self, name: &Name, diagnostics: &mut Diagnostics) -> Result<usize, ErrorReported> {
-        let entry = self.lowering.scope.names.get(name.text.as_str());
-        match entry.map(|entry| entry.definition) {
-            Some(NameDefinition::Vector(vector)) => Ok(vector),
-            // A duplicate declaration of a name has been reported.
-            _ => diagnostics.check().map(|()| unreachable!("arrays are collected")),
-        }
     }
 
     fn constant_index(&self, name: &Name) -> Option<u32> {
@@ -415,31 +356,13 @@ impl<'a> ModelResolver<'a> {
         Ok(())
     }
 
-    pub(super) fn declared(
-        &self,
-        item: &Item,
-        name: &Name,
-    ) -> Result<DeclarationHeader, ErrorReported> {
-        let entry = self.lowering.scope.names.get(name.text.as_str());
-        // A duplicate declaration of a name has been reported; the unit of the first would mislead.
-        let unit = entry.and_then(|entry| entry.unit.clone());
-        Ok(DeclarationHeader {
-            name: name.text.clone(),
-            span: name.span,
-            unit: unit.unwrap_or_else(|| Ok(Unit::one()))?,
-            doc: item.doc.clone(),
-        })
-    }
-
-    /// A declared value: plain numbers are in the declared unit, anything else must have its dimension.
-    pub(super) fn in_unit(
-        &mut self,
-        expr: &'a Expr,
-        unit: &Unit,
-        reading: NumberReading,
-        diagnostics: &mut Diagnostics,
-    ) -> Result<TypedExpr, ErrorReported> {
-        self.lowering.in_unit(expr, unit, reading, &OpenArguments::new(), diagnostics)
+    /// Collects the smoothness of tables. Tables that nothing calls are also read, to find their errors.
+    fn smoothness_of_tables(&mut self, diagnostics: &mut Diagnostics) {
+        for index in 0..self.lowering.scope.tables.len() {
+            // Errors have been reported.
+            let table = self.lowering.table(index, diagnostics);
+            self.model.smoothness.extend(table.into_iter().flat_map(|table| table.smoothness));
+        }
     }
 
     /// Checks functions that nothing calls if their arguments have units.
@@ -453,111 +376,4 @@ impl<'a> ModelResolver<'a> {
             }
         }
     }
-}
-
-impl<'a> ExprLowering<'a> {
-    /// A number that must be constant.
-    pub(super) fn known(
-        &mut self,
-        expr: &'a Expr,
-        unit: &Unit,
-        reading: NumberReading,
-        diagnostics: &mut Diagnostics,
-    ) -> Result<f64, ErrorReported> {
-        let typed = self.in_unit(expr, unit, reading, &OpenArguments::new(), diagnostics)?;
-        match self.number(typed.id) {
-            Some(value) if value.is_finite() => Ok(value),
-            Some(value) => Err(diagnostics.error(not_finite(value, expr.span))),
-            None => {
-                let culprit = self.first_unknown(typed.id, |_| true);
-                Err(diagnostics.error(
-                    Diagnostic::new(
-                        Code::ValueNotConstant,
-                        expr.span,
-                        format!("this must be known before a run, but it depends on {culprit}"),
-                    )
-                    .help("use numbers and constants here"),
-                ))
-            }
-        }
-    }
-
-    /// A size that must be constant and positive.
-    pub(super) fn positive(
-        &mut self,
-        expr: &'a Expr,
-        unit: &Unit,
-        what: &str,
-        diagnostics: &mut Diagnostics,
-    ) -> Result<f64, ErrorReported> {
-        let value = self.known(expr, unit, NumberReading::Size, diagnostics)?;
-        if value > 0.0 {
-            return Ok(value);
-        }
-        let message = format!("the {what} must be above zero");
-        Err(diagnostics.error(Diagnostic::new(Code::SizeNotPositive, expr.span, message)))
-    }
-
-    /// The first relevant symbol that an expression depends on.
-    pub(super) fn first_unknown(&self, id: ExprId, matters: impl Fn(Symbol) -> bool) -> String {
-        let mut symbols = self.graph.symbols(id).into_iter().filter(|symbol| matters(*symbol));
-        let name = symbols.find_map(|symbol| self.scope.quoted_name(symbol));
-        name.unwrap_or_else(|| "a constant that is in error".to_owned())
-    }
-
-    /// A declared value: plain numbers are in the declared unit, anything else must have its dimension. Inside a
-    /// function its arguments are available.
-    pub(super) fn in_unit(
-        &mut self,
-        expr: &'a Expr,
-        unit: &Unit,
-        reading: NumberReading,
-        arguments: &OpenArguments<'a>,
-        diagnostics: &mut Diagnostics,
-    ) -> Result<TypedExpr, ErrorReported> {
-        let typed = self.lower(expr, arguments, diagnostics)?;
-        let number = self.number(typed.id);
-        let is_plain = is_plain(expr, &|name| self.scope.names.contains_key(name));
-        if let (true, Some(number)) = (is_plain, number) {
-            let si = match reading {
-                NumberReading::Value => unit.to_si(number),
-                NumberReading::Size => number * unit.factor,
-            };
-            let id = self.graph.constant(si);
-            return Ok(TypedExpr { id, dim: ExprDimension::Of(unit.dimension) });
-        }
-        if typed.dim.unify(ExprDimension::Of(unit.dimension)).is_none() {
-            let dimension = typed.dim.dimension();
-            return Err(diagnostics.error(
-                Diagnostic::new(
-                    Code::UnitsOfSides,
-                    expr.span,
-                    format!(
-                        "declared in `{}`, but the value is {}",
-                        unit.symbol,
-                        self.scope.spelling.being(dimension)
-                    ),
-                )
-                .here(self.scope.spelling.this_is(dimension))
-                .maybe_help(which_is_meant(dimension, unit.dimension)),
-            ));
-        }
-        // A size with a unit of its own: 0.5 °C is half a kelvin.
-        if let (
-            NumberReading::Size,
-            crate::syntax::ast::ExprKind::Number { value, unit: Some(own), .. },
-        ) = (reading, &expr.kind)
-        {
-            let unit_of_value = unit_of(Some(own), diagnostics)?;
-            let id = self.graph.constant(value * unit_of_value.factor);
-            return Ok(TypedExpr { id, dim: typed.dim });
-        }
-        Ok(typed)
-    }
-}
-
-/// The error for a value that is infinite or not a number.
-pub(super) fn not_finite(value: f64, span: Span) -> Diagnostic {
-    let message = format!("this comes to {value}, which is not a finite number");
-    Diagnostic::new(Code::ValueNotConstant, span, message)
 }

@@ -2,7 +2,8 @@
 
 use std::collections::BTreeMap;
 
-use super::resolve::{ModelResolver, not_finite};
+use super::expression::not_finite;
+use super::resolver::ModelResolver;
 use crate::diagnostics::{Code, Diagnostic, Diagnostics, ErrorReported};
 use crate::expr::{ExprId, Node, Symbol};
 use crate::syntax::ast::{Expr, Name};

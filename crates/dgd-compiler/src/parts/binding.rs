@@ -2,8 +2,8 @@
 
 use std::collections::BTreeSet;
 
-use super::expansion::{ChoicePath, agree};
 use super::indices;
+use super::written::{BindingExtent, InputBinding};
 use crate::diagnostics::{Code, Diagnostic, Diagnostics};
 use crate::syntax::ast::{
     ArrayAxis, ArrayKind, Expr, ExprKind, Item, ItemKind, LoopCounter, Name, WrittenUnit,
@@ -19,24 +19,6 @@ pub(super) struct PartInput {
     pub(super) axes: Vec<ArrayAxis>,
 }
 
-/// A binding of a part's input.
-pub(super) struct InputBinding<'a> {
-    pub(super) path: ChoicePath,
-    pub(super) input: &'a Name,
-    pub(super) extent: BindingExtent,
-}
-
-/// Extent of the input that a binding covers.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum BindingExtent {
-    /// All of it.
-    Whole,
-    /// The elements of a loop.
-    Loop,
-    /// One element.
-    Element,
-}
-
 /// A binding in its context.
 pub(super) struct WrittenBinding<'a> {
     pub(super) item: &'a Item,
@@ -45,13 +27,6 @@ pub(super) struct WrittenBinding<'a> {
     pub(super) value: &'a Expr,
     /// Counters of the enclosing loop.
     pub(super) counters: &'a [LoopCounter],
-}
-
-impl InputBinding<'_> {
-    /// Whether another binding of the same input can be active together with it.
-    fn meets(&self, other: &InputBinding<'_>) -> bool {
-        other.input.text == self.input.text && agree(&other.path, &self.path)
-    }
 }
 
 /// Checks that no input of a part is bound twice, except pieces of an array.

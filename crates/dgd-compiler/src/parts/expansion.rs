@@ -3,17 +3,20 @@
 use std::borrow::Cow;
 use std::collections::{BTreeMap, BTreeSet};
 
-use super::binding::{self, BindingExtent, InputBinding, PartInput, WrittenBinding as Binding};
+use super::binding::{self, PartInput, WrittenBinding as Binding};
+use super::expanded::ExpandedModel;
+use super::flat_model::{FlatModel, InnerModel};
 use super::instance::{PartInstance, instance};
+use super::names::{declared, part_names, values};
 use super::tied::tie;
 use super::unknown::verify_names;
 use super::visible::{CompilationFiles, VisibleFiles};
-use super::{FlatModel, InnerModel};
+use super::written::{ChoicePath, WrittenPart, agree, collect};
 use crate::diagnostics::{Code, Diagnostic, Diagnostics, ErrorReported, suggestion};
 use crate::source::{SourceId, Span};
-use crate::syntax::ast::{ArrayAxis, Ast, Item, ItemKind, LoopCounter, Name, PartArgument};
+use crate::syntax::ast::{Ast, Item, ItemKind, LoopCounter, Name};
 use crate::syntax::rename::Renaming;
-use crate::syntax::visit::{self, ItemPart, Namespace};
+use crate::syntax::visit;
 
 /// Limit on the nesting of parts.
 const DEEPEST: usize = 64;
@@ -22,41 +25,6 @@ const DEEPEST: usize = 64;
 const LARGEST: usize = 8 << 20;
 /// Size of an item in addition to its text, bytes.
 const EVERY_ITEM: usize = 128;
-
-/// A model with its parts expanded, under the names of its own file.
-#[derive(Debug, Clone, Default)]
-pub(super) struct ExpandedModel {
-    pub(super) items: Vec<Item>,
-    pub(super) parts: Vec<InnerModel>,
-    /// Names of constants and parameters whose values are arguments of parts.
-    pub(super) set: BTreeSet<String>,
-    /// Libraries that it or its parts see.
-    pub(super) libraries: BTreeSet<SourceId>,
-    /// Number of items of each of its own parts, in the order written.
-    lengths: Vec<usize>,
-    /// Its contribution to [`LARGEST`].
-    size: usize,
-}
-
-/// The choices of variants that contain an item.
-pub(super) type ChoicePath = Vec<(String, usize)>;
-
-/// A part as written.
-pub(super) struct WrittenPart<'a> {
-    path: ChoicePath,
-    item: &'a Item,
-    pub(super) name: &'a Name,
-    pub(super) axes: &'a [ArrayAxis],
-    pub(super) model: &'a Name,
-    pub(super) arguments: &'a [PartArgument],
-}
-
-impl InputBinding<'_> {
-    /// Whether it is active whenever the part is.
-    fn is_there_with(&self, part: &WrittenPart<'_>) -> bool {
-        self.path.iter().all(|choice| part.path.contains(choice))
-    }
-}
 
 /// An expanded part, or a failed one.
 struct ExpandedPart<'a> {
@@ -418,94 +386,10 @@ impl<'a, 'd> PartExpansion<'a, 'd> {
     }
 }
 
-/// The parts and the bindings among items, in the order written.
-fn collect<'i>(
-    items: &'i [Item],
-    path: &mut ChoicePath,
-    parts: &mut Vec<WrittenPart<'i>>,
-    bindings: &mut Vec<InputBinding<'i>>,
-) {
-    for item in items {
-        match &item.kind {
-            ItemKind::Part { name, axes, model, arguments } => {
-                let path = path.clone();
-                parts.push(WrittenPart { path, item, name, axes, model, arguments });
-            }
-            ItemKind::Binding { input, indices, .. } => {
-                let extent =
-                    if indices.is_empty() { BindingExtent::Whole } else { BindingExtent::Element };
-                bindings.push(InputBinding { path: path.clone(), input, extent });
-            }
-            ItemKind::For { items, .. } => {
-                for item in items {
-                    if let ItemKind::Binding { input, .. } = &item.kind {
-                        bindings.push(InputBinding {
-                            path: path.clone(),
-                            input,
-                            extent: BindingExtent::Loop,
-                        });
-                    }
-                }
-            }
-            ItemKind::Variant { name, choices } => {
-                for (i, choice) in choices.iter().enumerate() {
-                    path.push((name.text.clone(), i));
-                    collect(&choice.items, path, parts, bindings);
-                    path.pop();
-                }
-            }
-            _ => {}
-        }
-    }
-}
-
-/// Whether two items can be active together.
-pub(super) fn agree(a: &ChoicePath, b: &ChoicePath) -> bool {
-    let apart = |(variant, choice): &(String, usize)| {
-        b.iter().any(|(other, chosen)| other == variant && chosen != choice)
-    };
-    !a.iter().any(apart)
-}
-
-/// Names that items declare.
-pub(super) fn declared(items: &mut [Item]) -> Vec<(Namespace, String)> {
-    let mut names = Vec::new();
-    for item in items {
-        visit::parts_mut(item, &mut |part| {
-            if let ItemPart::Declares(namespace, name) = part {
-                names.push((namespace, name.text.clone()));
-            }
-        });
-    }
-    names
-}
-
-/// Names that can be read, with their places.
-fn values(items: &[Item]) -> BTreeMap<String, Span> {
-    let mut names = BTreeMap::new();
-    visit::items(items, &mut |item| {
-        if let Some(name) = item.kind.value_name() {
-            names.entry(name.text.clone()).or_insert(name.span);
-        }
-    });
-    names
-}
-
 /// Names declared by a model and the libraries that it sees; no index may have one.
 fn taken_by(items: &[Item], visible: &VisibleFiles<'_>) -> BTreeSet<String> {
     let libraries = visible.libraries.iter().map(|library| library.items.as_slice());
     libraries.chain([items]).flat_map(|items| values(items).into_keys()).collect()
-}
-
-/// Names of the parts of a file.
-fn part_names(items: &[Item]) -> BTreeSet<String> {
-    let mut names = BTreeSet::new();
-    visit::items(items, &mut |item| {
-        if let ItemKind::Part { name, .. } = &item.kind {
-            names.insert(name.text.clone());
-        }
-    });
-    names
 }
 
 fn length(span: Span) -> usize {

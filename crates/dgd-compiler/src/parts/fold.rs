@@ -2,7 +2,7 @@
 
 use std::collections::BTreeSet;
 
-use super::FlatModel;
+use super::flat_model::FlatModel;
 use crate::syntax::ast::{Ast, Expr, ExprKind, Item, ItemKind};
 
 /// The items of a model in source form, with the changes of `after`, which is derived from the items of `expanded`. A

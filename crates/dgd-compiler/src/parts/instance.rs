@@ -3,9 +3,11 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use super::binding::PartInput;
-use super::expansion::{ExpandedModel, WrittenPart, declared};
+use super::expanded::ExpandedModel;
 use super::indices::free_indices;
+use super::names::declared;
 use super::several::PartIndices;
+use super::written::WrittenPart;
 use crate::diagnostics::{Code, Diagnostic, Diagnostics, ErrorReported, suggestion};
 use crate::syntax::ast::{
     ArrayKind, Expr, ExprKind, Item, ItemKind, Name, PartArgument, VariantChoice, WrittenUnit,
@@ -121,7 +123,7 @@ fn inputs_of(part: &Name, items: &[Item]) -> BTreeMap<String, PartInput> {
             _ => return,
         };
         if !name.text[part.text.len() + 1..].contains('.') {
-            let unit = unit.clone().unwrap_or_else(|| plain(name));
+            let unit = unit.clone().unwrap_or_else(|| WrittenUnit::one(name.span));
             inputs.entry(name.text.clone()).or_insert(PartInput { unit, axes });
         }
     });
@@ -163,7 +165,7 @@ fn without_inputs(items: &mut Vec<Item>, is_bound: &dyn Fn(&str) -> bool) {
 fn outputs_as_values(items: &mut Vec<Item>, values: &BTreeSet<String>) {
     items.retain_mut(|item| match &mut item.kind {
         ItemKind::Output { name, unit, value: Some(value), .. } if !values.contains(&name.text) => {
-            let unit = Some(unit.take().unwrap_or_else(|| plain(name)));
+            let unit = Some(unit.take().unwrap_or_else(|| WrittenUnit::one(name.span)));
             item.kind = ItemKind::Let { name: name.clone(), unit, value: value.clone() };
             true
         }
@@ -176,11 +178,6 @@ fn outputs_as_values(items: &mut Vec<Item>, values: &BTreeSet<String>) {
         }
         _ => true,
     });
-}
-
-/// The unit of a dimensionless name.
-pub(super) fn plain(name: &Name) -> WrittenUnit {
-    WrittenUnit::new(name.span, "1")
 }
 
 /// Sets the value, start value or choice of a name.

@@ -7,7 +7,10 @@
 //!
 //! | file | contents |
 //! |---|---|
+//! | `flat_model`, `expanded` | a model without parts: the whole, and under the names of its own file |
 //! | `visible` | models and libraries that a file sees |
+//! | `written` | parts and bindings as a file has them |
+//! | `names` | names that items declare and expressions read |
 //! | `expansion` | expands a file into its items, including those of its parts |
 //! | `instance` | instantiates a part: names, arguments, outputs |
 //! | `several` | arrays of parts: varying items get an index |
@@ -19,15 +22,19 @@
 //! | `fold` | back to source form |
 
 mod binding;
+mod expanded;
 mod expansion;
+mod flat_model;
 mod fold;
 mod indices;
 mod instance;
+mod names;
 mod several;
 mod tied;
 mod unbound;
 mod unknown;
 mod visible;
+mod written;
 
 #[cfg(test)]
 mod tests;
@@ -35,38 +42,13 @@ mod tests;
 use std::borrow::Cow;
 
 use crate::diagnostics::{Diagnostics, ErrorReported};
-use crate::source::Span;
 use crate::syntax::ast::{Ast, ItemKind};
 use crate::syntax::visit;
 use expansion::PartExpansion;
 
+pub use flat_model::{FlatModel, InnerModel};
 pub(crate) use fold::fold;
 pub(crate) use unbound::{has_unbound, leave_out_unbound, leave_out_unread_inputs};
-
-/// A model without parts.
-#[derive(Debug, Clone, PartialEq)]
-pub struct FlatModel<'a> {
-    /// The model's tree, in which parts are replaced by their items, then those of its libraries and of its parts'
-    /// libraries.
-    pub asts: Cow<'a, [Ast]>,
-    /// The parts, each followed by its own.
-    pub parts: Vec<InnerModel>,
-    /// Number of items of each part of the model itself, in the order written.
-    lengths: Vec<usize>,
-}
-
-/// A model that is part of another.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct InnerModel {
-    /// Its name in the whole: `pump`, or `well.pump`.
-    pub name: String,
-    /// The model's name.
-    pub model: String,
-    /// Doc comment of the part.
-    pub doc: Vec<String>,
-    /// Place of its name in the enclosing model.
-    pub span: Span,
-}
 
 /// Replaces parts by their items. `asts` are the tree of a model and those of all its imports; if there are no parts,
 /// nothing is copied.

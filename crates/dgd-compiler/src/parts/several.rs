@@ -7,13 +7,12 @@
 use std::collections::BTreeSet;
 
 use super::indices::{counters, indices_in, rename_index};
-use super::instance::plain;
-use super::tied::names_in;
+use super::names::names_in;
 use crate::diagnostics::{Code, Diagnostic};
 use crate::source::Span;
 use crate::syntax::ast::{
     ArrayAxis, ArrayKind, Attribute, Expr, ExprKind, Item, ItemKind, LoopCounter, Name,
-    PartArgument, Reaction, ResetClause, StartRule, VariantChoice,
+    PartArgument, Reaction, ResetClause, StartRule, VariantChoice, WrittenUnit,
 };
 use crate::syntax::visit;
 
@@ -161,7 +160,7 @@ impl IndexSpreading<'_> {
                     let start = Some(value);
                     with(ItemKind::Array { declared, name, axes, unit, start, attributes })
                 } else {
-                    let unit = unit.unwrap_or_else(|| plain(&name));
+                    let unit = unit.unwrap_or_else(|| WrittenUnit::one(name.span));
                     let kind = ItemKind::Let { name, unit: Some(unit), value: self.expr(value) };
                     vec![self.in_loop(&[], vec![Item { span, doc, kind }], span)]
                 }

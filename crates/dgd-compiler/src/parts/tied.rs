@@ -6,9 +6,9 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use super::expansion::ExpandedModel;
-use super::instance::plain;
-use crate::syntax::ast::{Expr, ExprKind, Item, ItemKind, Name};
+use super::expanded::ExpandedModel;
+use super::names::names_in;
+use crate::syntax::ast::{Item, ItemKind, Name, WrittenUnit};
 use crate::syntax::visit;
 
 /// A name with a value in the text, and the names that this value reads.
@@ -127,23 +127,7 @@ fn make_let(item: &mut Item, tied: &BTreeSet<String>) {
     if !tied.contains(&name.text) {
         return;
     }
-    let unit = Some(unit.take().unwrap_or_else(|| plain(name)));
+    let unit = Some(unit.take().unwrap_or_else(|| WrittenUnit::one(name.span)));
     let name: Name = name.clone();
     item.kind = ItemKind::Let { name, unit, value: value.clone() };
-}
-
-/// Every name read or called in an expression.
-pub(super) fn names_in(expr: &Expr, names: &mut BTreeSet<String>) {
-    match &expr.kind {
-        ExprKind::Name(name) => {
-            names.insert(name.clone());
-        }
-        ExprKind::Call { function, .. } => {
-            names.insert(function.text.clone());
-        }
-        _ => {}
-    }
-    for operand in visit::operands(expr) {
-        names_in(operand, names);
-    }
 }

@@ -3,8 +3,8 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use super::InnerModel;
-use super::tied::names_in;
+use super::flat_model::InnerModel;
+use super::names::names_in;
 use crate::diagnostics::{Code, Diagnostic, Diagnostics, ErrorReported};
 use crate::source::Span;
 use crate::syntax::ast::{ArrayKind, Ast, Item, ItemKind, Name};

@@ -2,7 +2,7 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use super::expansion::declared;
+use super::names::declared;
 use super::visible::VisibleFiles;
 use crate::diagnostics::{Code, Diagnostic, Diagnostics};
 use crate::expr::intrinsics::IntrinsicId;

@@ -5,16 +5,18 @@ use std::collections::BTreeMap;
 use dgd_signature::arrays::PatternRun;
 use dgd_signature::{Direction, PastLayout, Pattern};
 
+use super::derivation::{
+    Derivation, MOVING, RowRange, direction, input, parameter, rows, time, unknown,
+};
 use super::expressions::{ResultNumber, SystemExpressions};
 use super::functions::{FUNCTIONS, FunctionKind, ResultKind};
 use super::loops::schedule;
+use super::operation::ProgramFunction;
 use super::past::{begin, opened};
-use super::taylor::{NonZero, SystemDerivatives, taylor};
-use super::{Program, ProgramFunction, describe, rounds};
+use super::taylor::{NonZero, SystemDerivatives, obstacle, taylor};
+use super::{Program, describe, rounds};
 use crate::dae::{self, Dae};
-use crate::expr::graph::Comparison;
-use crate::expr::hash::{HashMap, HashSet};
-use crate::expr::{DelayedValue, ExprGraph, ExprId, Node, Symbol};
+use crate::expr::{DelayedValue, ExprGraph, ExprId, Symbol};
 
 /// Makes a program of a system, with sensitivities in these directions.
 ///
@@ -45,7 +47,14 @@ pub fn lower(dae: &Dae, directions: &[Direction]) -> Program {
             schedule(expressions, names, &kinds, spec.kind, &results)
         })
         .collect();
-    let taylor = taylor(&mut derivation);
+    let taylor = match obstacle(dae) {
+        Some(reason) => Err(reason),
+        None => {
+            let derivatives = derivation.for_taylor();
+            let Derivation { graph, names, .. } = &mut derivation;
+            taylor(dae, graph, names, &derivatives)
+        }
+    };
     let events = &functions[FunctionKind::EventFunctions as usize];
     let signature = describe::signature(dae, directions, &derivation.patterns, events);
     Program {
@@ -58,71 +67,7 @@ pub fn lower(dae: &Dae, directions: &[Direction]) -> Program {
     }
 }
 
-/// The expressions of a system and the derivatives taken of them, each once.
-pub(super) struct Derivation<'a> {
-    pub(super) dae: &'a Dae,
-    pub(super) directions: &'a [Direction],
-    past: PastLayout,
-    pub(super) graph: ExprGraph,
-    /// The model's names of expressions, from `let`s.
-    pub(super) names: BTreeMap<ExprId, String>,
-    /// w of the single outputs, then of the arrays.
-    w: Vec<ExprId>,
-    /// Results made so far.
-    results: BTreeMap<ResultKind, Vec<ExprId>>,
-    /// Patterns of the sparse results.
-    patterns: BTreeMap<ResultKind, Pattern>,
-}
-
-/// The rows of an expression in a list: a single row, or the first of a family with its length.
-type RowRange = (usize, Option<u32>);
-
-impl<'a> Derivation<'a> {
-    fn new(dae: &'a Dae, directions: &'a [Direction], past: PastLayout) -> Self {
-        let mut graph = dae.graph.clone();
-        let arrays = dae.output_arrays.iter().map(|array| {
-            let first = u32::try_from(array.first).unwrap_or(u32::MAX);
-            let moves = array.count > 1;
-            graph.symbol(if moves { Symbol::Swept(first) } else { Symbol::Unknown(first) })
-        });
-        let w = dae.outputs.iter().map(|output| output.value).chain(arrays).collect();
-        Derivation {
-            dae,
-            directions,
-            past,
-            graph,
-            names: dae.names.clone(),
-            w,
-            results: BTreeMap::new(),
-            patterns: BTreeMap::new(),
-        }
-    }
-
-    /// The roots with a/b replaced by a (1/b) if b depends neither on unknowns nor on the counter of a loop: 1/b is
-    /// then computed before the unknowns are available, and only a product remains.
-    fn by_reciprocals(&mut self, roots: &[ExprId]) -> Vec<ExprId> {
-        let mut moving = HashSet::default();
-        let mut built: HashMap<ExprId, ExprId> = HashMap::default();
-        for (id, node) in self.graph.listed(roots.iter().copied()) {
-            if is_moving(node) || node.operands().any(|operand| moving.contains(&operand)) {
-                moving.insert(id);
-            }
-            let here = match node {
-                Node::Divide(a, b) if moving.contains(&a) && !moving.contains(&b) => {
-                    let one = self.graph.constant(1.0);
-                    let reciprocal = self.graph.divide(one, built[&b]);
-                    self.graph.multiply(built[&a], reciprocal)
-                }
-                _ => self.graph.simplified(node.map(|operand| built[&operand])),
-            };
-            built.insert(id, here);
-            if let Some(name) = self.names.get(&id).cloned() {
-                self.names.entry(here).or_insert(name);
-            }
-        }
-        roots.iter().map(|root| built[root]).collect()
-    }
-
+impl Derivation<'_> {
     /// f, and the non-zeros of ∂f/∂y and ∂f/∂θ with their positions.
     pub(super) fn for_taylor(&mut self) -> SystemDerivatives {
         let f = self.f();
@@ -147,23 +92,6 @@ impl<'a> Derivation<'a> {
         }
         let f = self.by_reciprocals(&f);
         SystemDerivatives { f, jacobian, directions }
-    }
-
-    /// Length of y.
-    fn n(&self) -> usize {
-        self.dae.n()
-    }
-
-    /// f of the single unknowns, then of the families.
-    fn f(&self) -> Vec<ExprId> {
-        let families = self.dae.families.iter().map(|family| family.rhs);
-        self.dae.unknowns.iter().map(|unknown| unknown.rhs).chain(families).collect()
-    }
-
-    /// The rows of the expressions of [`Derivation::f`].
-    fn rows_of_f(&self) -> Vec<RowRange> {
-        let families = self.dae.families.iter().map(|family| (family.first, family.count));
-        rows(self.dae.unknowns.len(), families)
     }
 
     /// The numbers of a result with their positions.
@@ -222,29 +150,6 @@ impl<'a> Derivation<'a> {
         values.into_iter().enumerate().map(in_row).collect()
     }
 
-    /// The family that contains a row.
-    fn family_of(&self, row: usize) -> Option<usize> {
-        let families = &self.dae.families;
-        let position = families.partition_point(|family| family.first <= row).checked_sub(1)?;
-        (row < families[position].first + families[position].count as usize).then_some(position)
-    }
-
-    fn w(&self) -> Vec<ExprId> {
-        self.w.clone()
-    }
-
-    /// The rows of the expressions of `w`.
-    fn rows_of_w(&self) -> Vec<RowRange> {
-        let counts = self.dae.output_arrays.iter().map(|array| array.count);
-        rows(self.dae.outputs.len(), self.dae.first_of_output_arrays().zip(counts))
-    }
-
-    /// Length of w.
-    fn n_w(&self) -> usize {
-        let arrays = self.dae.output_arrays.iter().map(|array| array.count as usize);
-        self.dae.outputs.len() + arrays.sum::<usize>()
-    }
-
     /// φ of each delayed unknown, zero without a declared one.
     fn histories(&mut self) -> Vec<ExprId> {
         let zero = self.graph.constant(0.0);
@@ -257,21 +162,6 @@ impl<'a> Derivation<'a> {
         histories.into_iter().map(|history| history.unwrap_or(zero)).collect()
     }
 
-    /// r, the residuals of the start equations.
-    fn start_rests(&self) -> Vec<ExprId> {
-        self.dae.start_equations.iter().map(|equation| equation.rest).collect()
-    }
-
-    /// e of each transition.
-    fn events(&self) -> Vec<ExprId> {
-        self.transitions().map(|transition| transition.event).collect()
-    }
-
-    /// r of each transition.
-    fn resets(&self) -> Vec<ExprId> {
-        self.transitions().flat_map(|t| t.resets.iter().map(|(_, value)| *value)).collect()
-    }
-
     /// The matrix of jumps, one row for each single unknown.
     fn jump_jacobian(&mut self) -> Vec<ExprId> {
         let n = self.dae.unknowns.len();
@@ -281,10 +171,6 @@ impl<'a> Derivation<'a> {
         }
         let places: Vec<RowRange> = (0..n).map(|row| (row, None)).collect();
         self.non_zeros(ResultKind::JumpJacobian, rows, &places)
-    }
-
-    fn transitions(&self) -> impl Iterator<Item = &'a dae::DaeTransition> {
-        self.dae.automata.iter().flat_map(|automaton| &automaton.transitions)
     }
 
     /// The numbers of a result, which several functions may share.
@@ -555,31 +441,6 @@ impl<'a> Derivation<'a> {
         rows
     }
 
-    pub(super) fn accumulate(
-        &mut self,
-        sums: &mut BTreeMap<usize, ExprId>,
-        position: usize,
-        term: ExprId,
-    ) {
-        let sum = match sums.get(&position) {
-            Some(earlier) => self.graph.add(*earlier, term),
-            None => term,
-        };
-        sums.insert(position, sum);
-    }
-
-    /// ∂yₖ/∂θⱼ as a symbol.
-    fn sensitivity(&mut self, k: usize, j: usize) -> ExprId {
-        let position = j * self.n() + (k & !MOVING);
-        let position = u32::try_from(position).unwrap_or(u32::MAX);
-        let moves = k & MOVING != 0;
-        self.graph.symbol(if moves {
-            Symbol::SweptSensitivity(position)
-        } else {
-            Symbol::Sensitivity(position)
-        })
-    }
-
     /// ∂expressions/∂(symbols numbered by `wanted`): dense by columns.
     fn dense(
         &mut self,
@@ -703,32 +564,6 @@ impl<'a> Derivation<'a> {
         sums.into_iter().collect()
     }
 
-    /// A number in one row of a family, zero in the others.
-    fn in_row(&mut self, row: u32, value: ExprId) -> ExprId {
-        let graph = &mut self.graph;
-        let counter = graph.symbol(Symbol::Counter);
-        let [below, above] = [-0.5, 0.5].map(|by| graph.constant(f64::from(row) + by));
-        let begins = graph.compare(Comparison::Greater, counter, below);
-        let goes_on = graph.compare(Comparison::Less, counter, above);
-        let is_it = graph.intern(Node::And(begins, goes_on));
-        let zero = graph.constant(0.0);
-        graph.select(is_it, value, zero)
-    }
-
-    /// v̇ of a delayed input, itself an input: it is constant between the points at which inputs are not smooth.
-    fn rate_symbol(&mut self, position: usize) -> ExprId {
-        let index = self.dae.inputs.len() + self.dae.delayed_inputs.len() + position;
-        self.graph.symbol(Symbol::Input(u32::try_from(index).unwrap_or(u32::MAX)))
-    }
-
-    fn tau(&self) -> Vec<ExprId> {
-        self.dae.delays.iter().map(|delay| delay.tau).collect()
-    }
-
-    fn varying_tau(&self) -> Vec<ExprId> {
-        self.dae.varying_delays.iter().map(|delay| delay.tau).collect()
-    }
-
     /// de/dt at fixed unknowns: ∂e/∂t + ∂e/∂u u̇.
     fn along_time(&mut self, expression: ExprId) -> ExprId {
         let with_slopes = self.dae.inputs.len() + self.dae.delayed_inputs.len();
@@ -763,71 +598,5 @@ impl<'a> Derivation<'a> {
             sum = self.graph.add(sum, term);
         }
         sum
-    }
-}
-
-/// Rows of single unknowns, then of families given by their first row and their length.
-fn rows(single: usize, behind: impl Iterator<Item = (usize, u32)>) -> Vec<RowRange> {
-    let single = (0..single).map(|i| (i, None));
-    single.chain(behind.map(|(first, count)| (first, (count > 1).then_some(count)))).collect()
-}
-
-/// Marks the position of an unknown that moves with the row of a family.
-const MOVING: usize = 1 << (usize::BITS - 1);
-
-/// Whether a node changes from stage to stage or from row to row: unknowns, their sensitivities, their past values, and
-/// the counter of a loop.
-fn is_moving(node: Node) -> bool {
-    use Symbol::{
-        Counter, Past, Sensitivity, Swept, SweptInput, SweptInputSlope, SweptParameter,
-        SweptSensitivity, Unknown,
-    };
-    let Node::Symbol(symbol) = node else { return false };
-    matches!(
-        symbol,
-        Unknown(_)
-            | Sensitivity(_)
-            | Swept(_)
-            | SweptSensitivity(_)
-            | SweptParameter(..)
-            | SweptInput(..)
-            | SweptInputSlope(..)
-            | Past(..)
-            | Counter
-    )
-}
-
-fn unknown(symbol: Symbol) -> Option<usize> {
-    match symbol {
-        Symbol::Unknown(i) => Some(i as usize),
-        Symbol::Swept(i) => Some(i as usize | MOVING),
-        _ => None,
-    }
-}
-
-fn parameter(symbol: Symbol) -> Option<usize> {
-    match symbol {
-        Symbol::Parameter(i) => Some(i as usize),
-        Symbol::SweptParameter(i, _) => Some(i as usize | MOVING),
-        _ => None,
-    }
-}
-
-fn input(symbol: Symbol) -> Option<usize> {
-    match symbol {
-        Symbol::Input(i) => Some(i as usize),
-        Symbol::SweptInput(i, _) => Some(i as usize | MOVING),
-        _ => None,
-    }
-}
-
-fn time(symbol: Symbol) -> Option<usize> {
-    (symbol == Symbol::Time).then_some(0)
-}
-
-fn direction(directions: &[Direction]) -> impl Fn(Symbol) -> Option<usize> + '_ {
-    |symbol| {
-        let p = parameter(symbol)?;
-        directions.iter().position(|direction| *direction == Direction::Parameter(p))
     }
 }

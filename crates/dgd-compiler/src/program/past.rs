@@ -17,7 +17,7 @@ use std::borrow::Cow;
 
 use dgd_signature::PastLayout;
 
-use super::lower::Derivation;
+use super::derivation::Derivation;
 use crate::dae::{self, Dae};
 use crate::expr::graph::Comparison;
 use crate::expr::hash::HashMap;

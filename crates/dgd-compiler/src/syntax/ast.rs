@@ -885,6 +885,11 @@ impl WrittenUnit {
         WrittenUnit { span, text: text.into(), own: OwnUnits::default() }
     }
 
+    /// That of a plain number.
+    pub fn one(span: Span) -> WrittenUnit {
+        WrittenUnit::new(span, "1")
+    }
+
     /// Parses it.
     ///
     /// # Errors

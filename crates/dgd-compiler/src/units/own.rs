@@ -3,8 +3,8 @@
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-use super::{Dimension, Unit, parse_unit};
-use crate::source::DeclaredUnit;
+use super::dimension::Dimension;
+use super::unit::Unit;
 
 /// A unit that a file declares.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -30,15 +30,6 @@ impl OwnUnits {
     /// A set of these units.
     pub fn new(units: BTreeMap<String, OwnUnit>) -> OwnUnits {
         OwnUnits((!units.is_empty()).then(|| Arc::new(units)))
-    }
-
-    /// The units that a model declares.
-    pub fn declared(all: &[DeclaredUnit]) -> OwnUnits {
-        let one = |of: &DeclaredUnit| {
-            let unit = parse_unit(&of.unit).ok()?;
-            Some((of.symbol.clone(), OwnUnit::from_unit(of.value, &unit)))
-        };
-        OwnUnits::new(all.iter().filter_map(one).collect())
     }
 
     /// Whether there are none.

@@ -4,9 +4,12 @@ use std::fmt;
 use std::ops::Range;
 
 use super::catalogue::{all_spellings, find};
-use super::{Datum, Dimension, Exponent, OwnUnits, Unit, grammar};
+use super::dimension::{Dimension, Exponent};
+use super::grammar;
+use super::own::{OwnUnit, OwnUnits};
+use super::unit::{Datum, Unit};
 use crate::diagnostics::{Code, Diagnostic, suggestion};
-use crate::source::{SourceMap, Span};
+use crate::source::{DeclaredUnit, SourceMap, Span};
 
 /// The reason why a text is not a unit.
 #[derive(Debug, Clone, PartialEq)]
@@ -195,6 +198,17 @@ fn power(x: f64, exponent: Exponent) -> f64 {
     }
 }
 
+impl OwnUnits {
+    /// The units that a model declares.
+    pub fn declared(all: &[DeclaredUnit]) -> OwnUnits {
+        let one = |of: &DeclaredUnit| {
+            let unit = parse_unit(&of.unit).ok()?;
+            Some((of.symbol.clone(), OwnUnit::from_unit(of.value, &unit)))
+        };
+        OwnUnits::new(all.iter().filter_map(one).collect())
+    }
+}
+
 /// Reads the unit `text` between `brackets` of a source, or reports an error at its place. Units that the model
 /// declares are known if `sources` has them.
 ///
@@ -339,7 +353,7 @@ fn first_units(symbol: &str) -> impl Iterator<Item = (&str, &str)> {
 mod tests {
     use super::*;
     use crate::units::catalogue::{LUMINOUS_INTENSITY, PRESSURE, TIME};
-    use crate::units::{OwnUnit, convert};
+    use crate::units::convert;
 
     fn unit(text: &str) -> Unit {
         parse_unit(text).unwrap_or_else(|error| panic!("{text}: {error}"))

@@ -193,11 +193,6 @@ impl FittedStructure {
         self.foreseen = OnceLock::new();
     }
 
-    /// Simulates the validation recordings.
-    pub(crate) fn hold_out(&mut self, data: &SearchData<'_>, evaluations: usize) {
-        self.valid = self.held_out(data, evaluations);
-    }
-
     /// Times from which the validation recordings count.
     pub(crate) fn counts_from(&self, data: &SearchData<'_>, evaluations: usize) -> Vec<f64> {
         let problem = problem(&self.structure, &self.p, data.valid, data, evaluations);

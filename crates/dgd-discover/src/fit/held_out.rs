@@ -22,12 +22,13 @@ const ALIKE: usize = 3;
 const EVEN: f64 = VERY_STRONG;
 
 impl FittedStructure {
+    /// Simulates the validation recordings.
+    pub(crate) fn hold_out(&mut self, data: &SearchData<'_>, evaluations: usize) {
+        self.valid = self.held_out(data, evaluations);
+    }
+
     /// Outputs of the validation recordings; `None` if one cannot be simulated.
-    pub(super) fn held_out(
-        &self,
-        data: &SearchData<'_>,
-        evaluations: usize,
-    ) -> Option<Vec<Observations>> {
+    fn held_out(&self, data: &SearchData<'_>, evaluations: usize) -> Option<Vec<Observations>> {
         let starts = self.held_out_starts(data, evaluations)?;
         let problem = problem(&self.structure, &self.p, data.valid, data, evaluations);
         Some(evaluate(&problem, &self.p, &starts).ok()?.observations)

@@ -9,7 +9,8 @@ use dgd_identify::Recording;
 use dgd_runtime::System;
 
 use super::columns::LawDraft;
-use super::{FitOrigin, HOPEFUL, LawSearch, ProposedTerms};
+use super::proposed::{FitOrigin, ProposedTerms};
+use super::search::LawSearch;
 use crate::fit::{FittedStructure, SearchData, StartPoint};
 use crate::guess::{
     FormulaFactor, FormulaShape, LawParameter, LawRange, bounds, change, formula, literal, names,
@@ -22,6 +23,9 @@ use crate::missing_input::MissingPlace;
 /// along valleys, and its first steps do not predict where it ends.
 const BEGINNING: usize = 15;
 pub(super) const EVALUATIONS: usize = 60;
+
+/// Fits that leave this many times as much as the best one, or as noise, after a few simulations are not finished.
+pub(super) const HOPEFUL: f64 = 10.0;
 
 /// A term that an equation or a parameter lacked.
 #[derive(Debug, Clone)]

@@ -2,8 +2,9 @@
 
 use std::collections::BTreeSet;
 
+use super::answer::{AnsweringLaw, LawAnswer};
 use super::inserted::{EVALUATIONS, FittedTerms};
-use super::{AnsweringLaw, LawAnswer, LawSearch, SufficientLaws};
+use super::search::LawSearch;
 use crate::fit::{FittedStructure, SearchData, VERY_STRONG};
 use crate::search::EffectSearch;
 
@@ -54,6 +55,14 @@ impl NamedTemplates<'_> {
         let finished = self.fitted.continued(&data.not_kept(), EVALUATIONS);
         finished.map_or(f64::INFINITY, |one| one.criterion()).min(self.fitted.criterion())
     }
+}
+
+/// Laws that leave only noise.
+pub(super) struct SufficientLaws {
+    /// Those that the validation recordings confirm, the best first.
+    pub(super) laws: Vec<FittedTerms>,
+    /// Whether there is a plain one that they do not confirm.
+    pub(super) is_unconfirmed: bool,
 }
 
 impl LawSearch<'_> {

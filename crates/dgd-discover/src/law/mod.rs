@@ -11,11 +11,14 @@
 //! Nothing before the fits simulates the model for longer than from one sample to the next, so it may be far off or run
 //! away; and coefficients enter linearly, so thousands of terms are compared within a second. The fits decide.
 
+mod answer;
 mod beam;
 mod columns;
 mod inserted;
 mod judged;
 mod kinematic;
+mod proposed;
+mod search;
 mod sighting;
 mod terms;
 
@@ -23,18 +26,19 @@ use std::ops::Range;
 use std::sync::Arc;
 
 use dgd_compiler::diagnostics::Diagnostics;
-use dgd_compiler::model::Model;
-use dgd_compiler::source::SourceMap;
 use dgd_runtime::parallel::in_parallel;
 
-use crate::fit::{FittedStructure, SearchData};
-use crate::library::BaseModel;
 use crate::missing_input::{MissingPlace, MissingTerms, PlaceKind, free_places};
 use crate::search::EffectSearch;
+pub(crate) use answer::{AnsweringLaw, LawAnswer, LawSearchResult};
 use columns::{LawDraft, MOST_TERMS, drafts};
 pub(crate) use inserted::FittedTerms;
+use inserted::HOPEFUL;
 pub use inserted::LawTerm;
 pub(crate) use judged::NamedTemplates;
+use judged::SufficientLaws;
+use proposed::{FitOrigin, ProposedTerms};
+pub(crate) use search::LawSearch;
 use sighting::FollowedRecordings;
 use terms::TermVocabulary;
 
@@ -49,92 +53,6 @@ const ALONE: usize = 2;
 
 /// Number of the best fitted laws for which simpler forms are tried.
 const SIMPLIFIED: usize = 2;
-
-/// Fits that leave this many times as much as the best one, or as noise, after a few simulations are not finished.
-const HOPEFUL: f64 = 10.0;
-
-/// The data for a search.
-#[derive(Clone, Copy)]
-pub(crate) struct LawSearch<'a> {
-    pub(crate) base: &'a BaseModel,
-    pub(crate) sources: &'a SourceMap,
-    pub(crate) model: &'a Model,
-    pub(crate) fitted: &'a FittedStructure,
-    pub(crate) data: &'a SearchData<'a>,
-    pub(crate) threads: usize,
-}
-
-/// A set of terms to be fitted, with the sighting that suggests it.
-#[derive(Clone)]
-struct ProposedTerms {
-    draft: LawDraft,
-    sighting: Arc<FollowedRecordings>,
-    begin: FitOrigin,
-}
-
-/// Where the fit of a proposed set begins.
-#[derive(Debug, Clone, Copy)]
-enum FitOrigin {
-    /// At the states of the sighting in all recordings.
-    All,
-    /// At those of one recording; the start values of the others follow from its fit.
-    Alone(usize),
-}
-
-/// The result of the search for a law.
-#[derive(Debug)]
-pub(crate) struct LawSearchResult {
-    pub(crate) answer: LawAnswer,
-    /// Equations that lack something together, in a smoother with a free input in each equation.
-    pub(crate) lacking: Vec<String>,
-}
-
-/// Whether a law explains the recordings.
-#[derive(Debug)]
-pub(crate) enum LawAnswer {
-    /// No law: named effects keep their names, and a discrepancy without a name stays without one.
-    Nothing,
-    /// Laws in other equations explain the recordings as well as the effects that were named, or as the best law; none
-    /// are given if the validation recordings confirm none.
-    Doubt(Vec<FittedTerms>),
-    /// A law.
-    Law(Box<AnsweringLaw>),
-}
-
-impl LawSearchResult {
-    /// No law, because none was sought.
-    pub(crate) const NOTHING: LawSearchResult =
-        LawSearchResult { answer: LawAnswer::Nothing, lacking: Vec::new() };
-}
-
-impl LawAnswer {
-    /// Σ ε² + k ln N of the best law, infinite if the validation recordings confirm none.
-    pub(crate) fn cost(&self) -> Option<f64> {
-        match self {
-            LawAnswer::Nothing => None,
-            LawAnswer::Doubt(rivals) => {
-                Some(rivals.first().map_or(f64::INFINITY, FittedTerms::cost))
-            }
-            LawAnswer::Law(law) => Some(law.inserted.cost()),
-        }
-    }
-}
-
-/// Laws that leave only noise.
-struct SufficientLaws {
-    /// Those that the validation recordings confirm, the best first.
-    laws: Vec<FittedTerms>,
-    /// Whether there is a plain one that they do not confirm.
-    is_unconfirmed: bool,
-}
-
-/// A law that is an answer.
-#[derive(Debug)]
-pub(crate) struct AnsweringLaw {
-    pub(crate) inserted: FittedTerms,
-    /// Other formulas that leave no more than noise, each with the ratio of its root-mean-square residual.
-    pub(crate) near: Vec<(String, f64)>,
-}
 
 impl LawSearch<'_> {
     /// Looks for a law, which has to explain the recordings better than templates that were named. The thresholds are

@@ -6,7 +6,7 @@ use std::ops::Range;
 use dgd_identify::Recording;
 use dgd_runtime::{Direction, System};
 
-use super::LawSearch;
+use super::search::LawSearch;
 use crate::guess::{FormulaFactor, FormulaShape, names, with_differences};
 use crate::library::CarriedValues;
 use crate::missing_input::{

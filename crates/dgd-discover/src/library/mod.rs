@@ -19,7 +19,7 @@ mod templates;
 pub(crate) use adapted::{AdaptedTemplate, TemplateScales, adapted};
 pub(crate) use candidates::{EffectCandidate, candidates, generic, unbound};
 pub(crate) use further_inputs::{with_constant_inputs, with_further_inputs};
-pub(crate) use levels::{QuantityRanges, range_of};
+pub(crate) use levels::QuantityRanges;
 pub(crate) use number::signed;
 pub use scale::OutputScales;
 pub(crate) use scale::is_weight;

@@ -6,12 +6,12 @@
 //!
 //! Source: Bell, The iterated Kalman smoother as a Gauss–Newton method, SIAM J. Optim. 4 (1994) 626–636.
 
-use dgd_identify::Starts;
 use dgd_runtime::{Problem, System, observe, simulate};
 use dgd_screen::noise::SensorNoise;
 
-use super::missing::{EstimatedPlace, PlaceSearch, RecordedInput};
+use super::estimated::{EstimatedPlace, RecordedInput, ReferencePart};
 use super::place_fit::{LinearisedRecording, LinearisedRecordings, ParameterColumns, PlaceFit};
+use super::place_search::PlaceSearch;
 use super::thinned::ThinnedRecording;
 
 /// Maximum number of times that a place is fitted again …
@@ -28,14 +28,6 @@ pub(super) struct ReferenceTrajectory {
     p: Vec<f64>,
     train: Vec<ReferencePart>,
     valid: Vec<ReferencePart>,
-}
-
-/// Its part for one recording.
-#[derive(Clone)]
-pub(super) struct ReferencePart {
-    /// Start values, SI.
-    pub(super) start: Starts,
-    pub(super) d: Vec<f64>,
 }
 
 impl ReferenceTrajectory {

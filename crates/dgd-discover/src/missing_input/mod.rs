@@ -7,25 +7,26 @@
 
 mod around;
 mod deviations;
+mod estimated;
 mod filtered;
+mod found_place;
 mod joint;
 mod kalman;
 mod missing;
 mod missing_terms;
 mod place_fit;
+mod place_search;
 mod plausible;
 mod reconstruct;
 mod thinned;
 mod unknown_input;
 
 pub use deviations::{DeviationError, Deviations};
+pub use found_place::MissingInput;
+pub(crate) use found_place::{FoundPlace, PlaceObjection, PlaceTrace, windows};
 pub(crate) use joint::{JointModel, JointRecording, SmoothedRecording};
-pub use missing::MissingInput;
-pub(crate) use missing::{
-    FoundPlace, MissingInputs, PlaceTrace, TIE, alone, free_places, missing_inputs, place_of,
-    windows,
-};
+pub(crate) use missing::{MissingInputs, TIE, alone, missing_inputs, place_of};
 pub use missing_terms::{ClosedPlace, MissingPlace, MissingTerms, NoSuchTerm, PlaceKind};
-pub(crate) use plausible::PlaceObjection;
+pub(crate) use place_search::free_places;
 pub use reconstruct::{ReconstructError, ReconstructedRecording, inputs_with, reconstruct};
 pub use unknown_input::{UnknownInput, unknown_input};

@@ -6,23 +6,14 @@
 use dgd_compiler::model::Model;
 use dgd_runtime::{LimitSide, Problem, Solution, observe, simulate};
 
-use super::missing::{EstimatedPlace, PlaceSearch, PlaceTrace};
+use super::estimated::EstimatedPlace;
+use super::found_place::{PlaceObjection, PlaceTrace};
 use super::missing_terms::{MissingPlace, PlaceKind};
+use super::place_search::PlaceSearch;
 use super::thinned::ThinnedRecording;
 
 /// Standard deviations by which a value has to be beyond a limit.
 const BEYOND: f64 = 2.0;
-
-/// Why a place is implausible.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum PlaceObjection {
-    /// A parameter would change its sign.
-    Sign,
-    /// A parameter would leave its bounds.
-    Bounds,
-    /// The error of a sensor or of an input would vary more than its readings.
-    Size,
-}
 
 impl PlaceSearch<'_> {
     /// Mean square of the residuals relative to the noise in simulations of the training recordings with the estimates

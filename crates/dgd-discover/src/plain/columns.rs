@@ -5,38 +5,19 @@ use std::sync::Arc;
 use dgd_compiler::source::Span;
 use dgd_compiler::syntax::ast::{Attribute, AttributeKind, ItemKind};
 use dgd_compiler::syntax::visit;
-use dgd_compiler::units::{Unit, mistaken, parse_unit};
+use dgd_compiler::units::{mistaken, parse_unit};
 use dgd_identify::Recording;
 use dgd_runtime::signature::Interpolation;
 use dgd_runtime::{InputColumn, Inputs, LimitSide, Signature, System};
 use dgd_screen::noise::{NoiseColour, SensorNoise};
 
-use super::stuck::{self, StuckColumn};
-use super::{CorrectedRecordings, PlainSearch, SuspectModel, Suspicion};
+use super::column_fault::ColumnFault;
+use super::recorded_columns::{RecordedColumn, columns, signal_of, signals};
+use super::search::{CorrectedRecordings, PlainSearch};
+use super::stuck;
+use super::suspicion::{SuspectModel, Suspicion};
 use crate::library::BaseModel;
 use crate::noise::{noise_of, readings};
-
-/// A recorded column: an input or an output, by its position.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum RecordedColumn {
-    Input(usize),
-    Output(usize),
-}
-
-/// A possible fault of recorded columns.
-#[derive(Debug, Clone)]
-pub(crate) enum ColumnFault {
-    /// A column is not in the unit that the model declares.
-    Unit { name: String, unit: Unit, meant_in: Unit },
-    /// Two columns are exchanged.
-    Exchanged([String; 2]),
-    /// An input is not interpolated as declared.
-    Between { name: String, is: Interpolation },
-    /// A column stays at one value; `lost` readings from that time are left out.
-    Stuck { name: String, unit: Unit, since: Vec<StuckColumn>, lost: usize },
-    /// Times of all recordings are in another unit than seconds.
-    Clock { meant_in: Unit },
-}
 
 /// How a fault changes a recording.
 #[derive(Debug, Clone, Copy)]
@@ -131,24 +112,6 @@ fn suspect(
     })
 }
 
-/// Recorded columns with their units.
-pub(super) fn signals(
-    plain: &PlainSearch<'_>,
-    signature: &Signature,
-) -> Vec<(RecordedColumn, String, Unit)> {
-    let inputs = signature.inputs.iter().enumerate();
-    let inputs = inputs.map(|(i, own)| (RecordedColumn::Input(i), &own.name, &own.unit));
-    let outputs = signature.outputs.iter().enumerate().zip(&plain.data.noise);
-    let outputs = outputs.filter(|(_, noise)| noise.is_some());
-    let outputs = outputs.map(|((i, own), _)| (RecordedColumn::Output(i), &own.name, &own.unit));
-    let read = |(signal, name, unit): (
-        RecordedColumn,
-        &dgd_runtime::signature::Text,
-        &dgd_runtime::Unit,
-    )| { Some((signal, name.to_string(), parse_unit(&unit.symbol).ok()?)) };
-    inputs.chain(outputs).filter_map(read).collect()
-}
-
 impl ColumnChange {
     /// The recording without the fault; `None` if it cannot be derived.
     fn applied(self, recording: &Recording, signature: &Signature) -> Option<Recording> {
@@ -221,31 +184,6 @@ impl ColumnChange {
     }
 }
 
-/// Values of the inputs at the samples; of two samples at one time, the first is before a jump.
-pub(super) fn columns(recording: &Recording, inputs: usize) -> Vec<Vec<f64>> {
-    let mut columns = vec![Vec::with_capacity(recording.times.len()); inputs];
-    let mut u = vec![0.0; inputs];
-    for (k, t) in recording.times.iter().enumerate() {
-        let is_before = recording.times.get(k + 1) == Some(t);
-        let side = if is_before { LimitSide::Left } else { LimitSide::Right };
-        recording.inputs.value(*t, side, &mut u);
-        columns.iter_mut().zip(&u).for_each(|(column, u)| column.push(*u));
-    }
-    columns
-}
-
-/// The values of one of these columns, or the readings of an output.
-pub(super) fn signal_of(
-    recording: &Recording,
-    signal: RecordedColumn,
-    columns: &[Vec<f64>],
-) -> Option<Vec<f64>> {
-    match signal {
-        RecordedColumn::Input(i) => columns.get(i).cloned(),
-        RecordedColumn::Output(i) => recording.measured[i].clone(),
-    }
-}
-
 /// Whether inputs are the same between samples, except for rounding.
 fn are_alike(one: &Inputs, other: &Inputs, times: &[f64], columns: &[Vec<f64>]) -> bool {
     const ROUNDING: f64 = 1e-9;
@@ -297,12 +235,4 @@ fn with_interpolation(base: &BaseModel, input: &str, is: Interpolation) -> BaseM
         }
     });
     base
-}
-
-/// The keyword of the language.
-pub(crate) fn between(is: Interpolation) -> &'static str {
-    match is {
-        Interpolation::Hold => "hold",
-        Interpolation::Linear => "linear",
-    }
 }

@@ -10,102 +10,20 @@
 
 use std::sync::Arc;
 
-use dgd_identify::Recording;
-use dgd_runtime::System;
 use dgd_runtime::parallel::in_parallel;
 
-use super::own_values::{DifferingValue, selector, with_own};
-use super::trial::{EVALUATIONS, SIGNIFICANT};
-use super::{CorrectedRecordings, FittedSuspicion, PlainSearch, SuspectModel, Suspicion, numbers};
+use super::groups::{DifferingValue, RecordingGroups};
+use super::numbers;
+use super::own_values::with_own;
+use super::search::PlainSearch;
+use super::suspicion::{FittedSuspicion, SuspectModel, Suspicion};
+use super::trial::EVALUATIONS;
 use crate::fit::{FittedStructure, SearchData, StartPoint, cost_at, whitened_square};
-use crate::library::{CarriedValues, ModelStructure, StructureId, with_constant_inputs};
+use crate::library::{CarriedValues, StructureId};
 use crate::search::EffectSearch;
 
 /// Number of recordings that are tried as the one with the declared value: at most one of two is unlike all others.
 const REFERENCES: usize = 2;
-
-/// Groups of recordings, each with its own value of something.
-#[derive(Debug, Clone)]
-pub(crate) struct RecordingGroups {
-    pub(crate) own: DifferingValue,
-    /// The group of each training recording, from 0 …
-    pub(crate) train: Vec<usize>,
-    /// … and of each validation recording.
-    pub(crate) valid: Vec<usize>,
-    /// The parameter that is estimated in each group after the first.
-    names: Vec<String>,
-}
-
-/// A value of a group with its standard deviation, SI; a declared value has none.
-type OwnValue = (f64, Option<f64>);
-
-impl RecordingGroups {
-    /// The value of each group.
-    pub(crate) fn values(&self, fitted: &FittedStructure) -> Vec<OwnValue> {
-        let nothing = (self.own.nothing(), None);
-        let value_of = |name: Option<&str>| match name {
-            None => nothing,
-            Some(name) => {
-                let mut shared_estimates =
-                    fitted.estimates.iter().filter(|e| e.recording.is_none());
-                let matching = shared_estimates.find(|estimate| estimate.name == name);
-                matching.map_or(nothing, |estimate| (estimate.value, estimate.std))
-            }
-        };
-        self.parameters().map(value_of).collect()
-    }
-
-    /// The parameter of each group; `None` for a first group with the declared value.
-    fn parameters(&self) -> impl Iterator<Item = Option<&str>> {
-        std::iter::once(self.own.of_first()).chain(self.names.iter().map(|name| Some(&**name)))
-    }
-
-    /// Whether a group's value is at a bound.
-    fn is_at_bound(&self, fitted: &FittedStructure) -> bool {
-        let mut shared = fitted.estimates.iter().filter(|e| e.recording.is_none());
-        shared.any(|estimate| {
-            self.parameters().flatten().any(|name| name == estimate.name)
-                && fitted.is_at_bound(estimate)
-        })
-    }
-
-    /// Groups by ascending value, and whether the recordings distinguish each from the next.
-    fn ranked(
-        &self,
-        fitted: &FittedStructure,
-        data: &SearchData<'_>,
-    ) -> Option<(Vec<usize>, Vec<bool>)> {
-        let covariance = fitted.covariance(data)?;
-        let places = fitted.fitted_directions();
-        let place = |name: &str| {
-            places.iter().position(|e| {
-                fitted.estimates[*e].recording.is_none() && fitted.estimates[*e].name == name
-            })
-        };
-        let group_places: Vec<Option<Option<usize>>> = self
-            .parameters()
-            .map(|name| match name {
-                None => Some(None),
-                Some(name) => place(name).map(Some),
-            })
-            .collect();
-        let group_places: Vec<Option<usize>> = group_places.into_iter().collect::<Option<_>>()?;
-        let values: Vec<f64> = self.values(fitted).into_iter().map(|(value, _)| value).collect();
-        let mut order: Vec<usize> = (0..values.len()).collect();
-        order.sort_by(|a, b| values[*a].total_cmp(&values[*b]));
-        let shared = |a: Option<usize>, b: Option<usize>| match (a, b) {
-            (Some(a), Some(b)) => covariance[(a, b)],
-            _ => 0.0,
-        };
-        let is_apart = |pair: &[usize]| {
-            let [a, b] = [group_places[pair[0]], group_places[pair[1]]];
-            let variance = shared(a, a) + shared(b, b) - 2.0 * shared(a, b);
-            values[pair[1]] - values[pair[0]] > SIGNIFICANT * variance.max(0.0).sqrt()
-        };
-        let apart = order.windows(2).map(is_apart).collect();
-        Some((order, apart))
-    }
-}
 
 impl PlainSearch<'_> {
     /// Differences between recordings that leave only noise, the likeliest first.
@@ -334,38 +252,4 @@ fn validates(search: &EffectSearch<'_>, cause: &mut FittedSuspicion) -> bool {
     cause.changed = Some(Arc::new(changed));
     cause.suspicion = Suspicion::Recordings(difference);
     cause.explains(search)
-}
-
-impl RecordingGroups {
-    /// The recordings with an input for each group after the first, which is one in that group.
-    fn changed(
-        &self,
-        structure: &ModelStructure,
-        data: &SearchData<'_>,
-    ) -> Option<CorrectedRecordings> {
-        let inputs = &structure.system.signature().inputs;
-        let place = |group: usize| inputs.iter().position(|input| *input.name == *selector(group));
-        let places: Vec<usize> =
-            (1..=self.names.len()).map(place).collect::<Option<Vec<usize>>>()?;
-        let with_selectors =
-            |recordings: &[Recording], groups: &[usize]| -> Option<Vec<Recording>> {
-                let both = recordings.iter().zip(groups);
-                both.map(|(recording, own)| {
-                    let further = places.iter().enumerate();
-                    let further: Vec<(usize, f64)> = further
-                        .map(|(k, place)| (*place, if *own == k + 1 { 1.0 } else { 0.0 }))
-                        .collect();
-                    let Recording { inputs, times, .. } = recording;
-                    let inputs = with_constant_inputs(inputs, times, &further).ok()?;
-                    Some(Recording { inputs, ..recording.clone() })
-                })
-                .collect()
-            };
-        Some(CorrectedRecordings {
-            train: with_selectors(data.train, &self.train)?,
-            valid: with_selectors(data.valid, &self.valid)?,
-            noise: data.noise.clone(),
-            counts_from: data.counts_from.clone(),
-        })
-    }
 }

@@ -1,12 +1,14 @@
 //! Whether plain causes are the answer.
 
-use super::{ColumnFault, FittedSuspicion, PlainSearch, Suspicion, between};
+use super::column_fault::{ColumnFault, between};
+use super::search::PlainSearch;
+use super::suspicion::{FittedSuspicion, Suspicion};
+use super::trial::EVALUATIONS;
+use super::{columns, numbers, own_values, starts};
 use crate::fit::{FittedStructure, SearchData, VERY_STRONG, chi_square, mean};
 use crate::library::StructureId;
 use crate::search::{Alternative, EffectSearch, JudgedOutcome};
 use dgd_runtime::signature::number::{short, with_unit};
-
-use super::trial::EVALUATIONS;
 
 /// Causes whose criteria differ by less cannot be distinguished.
 const RIVAL: f64 = VERY_STRONG;
@@ -59,6 +61,21 @@ impl PlainSearch<'_> {
             PlainAnswer::Nothing if is_generic => self.one_for_each(search, named),
             answer => answer,
         }
+    }
+
+    /// Causes that leave only noise, the likeliest first. Beside an effect of the library that explains the recordings,
+    /// only numbers are tried: they may be its twins.
+    fn search(&self, search: &EffectSearch<'_>, is_explained: bool) -> Vec<FittedSuspicion> {
+        let mut suspects = numbers::suspects(self.base, self.model, self.fitted);
+        if !is_explained {
+            suspects.extend(starts::suspects(self.base, self.model, self.fitted));
+            suspects.extend(own_values::rate(self.base));
+            suspects.extend(self.likeliest(columns::suspects(self)));
+        }
+        for (position, suspect) in suspects.iter_mut().enumerate() {
+            suspect.position = position;
+        }
+        self.explaining(search, &suspects)
     }
 
     /// Recordings that differ, if templates do not explain them about as well with one value for all.

@@ -14,8 +14,10 @@ use dgd_compiler::syntax::ast::{
 };
 use dgd_compiler::syntax::visit::{self, ExprRole, ItemPart};
 
-use super::numbers::{ModelNumber, as_parameter};
-use super::{SuspectModel, Suspicion};
+use super::groups::{DifferingValue, selector};
+use super::model_number::ModelNumber;
+use super::numbers::as_parameter;
+use super::suspicion::{SuspectModel, Suspicion};
 use crate::library::BaseModel;
 
 /// The rate of the clock of all recordings: recorded seconds for each true one.
@@ -24,54 +26,9 @@ pub(crate) const RATE: &str = "rate of the clock";
 /// Largest deviation of a clock's rate from one: a clock that is off by more counts in another unit.
 const FURTHEST: f64 = 0.1;
 
-/// A value that may differ between recordings.
-#[derive(Debug, Clone)]
-pub(crate) enum DifferingValue {
-    /// A number of the model's text, and whether it is estimated.
-    Number(ModelNumber, bool),
-    /// The offset of a sensor, whose readings have this unit.
-    Offset(String, dgd_compiler::units::Unit),
-    /// The rate of the clock.
-    Clock,
-}
-
-impl DifferingValue {
-    /// The parameter of the first group of recordings; `None` if it has the declared value.
-    pub(super) fn of_first(&self) -> Option<&str> {
-        match self {
-            DifferingValue::Number(number, true) => Some(&number.name),
-            _ => None,
-        }
-    }
-
-    /// Its declared value, SI.
-    pub(super) fn nothing(&self) -> f64 {
-        match self {
-            DifferingValue::Number(number, _) => number.declared,
-            DifferingValue::Offset(..) => 0.0,
-            DifferingValue::Clock => 1.0,
-        }
-    }
-
-    /// Its name in a group of recordings.
-    pub(super) fn called(&self, recordings: &str) -> String {
-        let subject = match self {
-            DifferingValue::Number(number, _) => number.name.clone(),
-            DifferingValue::Offset(output, _) => format!("offset of {output}"),
-            DifferingValue::Clock => "clock".to_owned(),
-        };
-        format!("{subject} in {recordings}")
-    }
-}
-
 /// Whether a parameter stands for the recordings of a group: no model has its name.
 pub(crate) fn is_brought(name: &str) -> bool {
     name.contains(' ')
-}
-
-/// The input that is one in the recordings of a group.
-pub(super) fn selector(group: usize) -> String {
-    format!("group {group}")
 }
 
 /// The model with a value for each group after the first, under these names; `None` if it cannot be written.

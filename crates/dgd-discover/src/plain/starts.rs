@@ -1,28 +1,11 @@
 //! Start values that the model holds although recordings may begin elsewhere.
 
 use dgd_compiler::model::Model;
-use dgd_compiler::units::Unit;
 use dgd_runtime::{Direction, System};
 
-use super::{SuspectModel, Suspicion};
+use super::suspicion::{HeldStart, SuspectModel, Suspicion};
 use crate::fit::FittedStructure;
 use crate::library::BaseModel;
-
-/// A start value that is held.
-#[derive(Debug, Clone)]
-pub(crate) struct HeldStart {
-    pub(crate) state: String,
-    pub(crate) unit: Unit,
-}
-
-impl HeldStart {
-    /// The start of each training recording in a fit that estimates it, with its standard deviation, SI.
-    pub(crate) fn values(&self, fitted: &FittedStructure) -> Vec<(usize, f64, Option<f64>)> {
-        let name = format!("{}(0)", self.state);
-        let estimates = fitted.estimates.iter().filter(|estimate| estimate.name == name);
-        estimates.filter_map(|one| Some((one.recording?, one.value, one.std))).collect()
-    }
-}
 
 /// Each state whose start value is held, as a suspect.
 pub(super) fn suspects(

@@ -9,29 +9,19 @@
 //! rested before: none of these is suspected. Readings while an input is stuck are not evidence about the model, and
 //! are left out.
 
+use std::sync::Arc;
+
 use dgd_identify::Recording;
 use dgd_runtime::{Signature, System};
 
-use super::columns::{ColumnFault, RecordedColumn, columns, signal_of, signals};
-use super::{CorrectedRecordings, PlainSearch, SuspectModel, Suspicion};
+use super::column_fault::{ColumnFault, StuckColumn};
+use super::recorded_columns::{RecordedColumn, columns, signal_of, signals};
+use super::search::{CorrectedRecordings, PlainSearch};
+use super::suspicion::{SuspectModel, Suspicion};
 use crate::noise::{noise_of, readings};
-use std::sync::Arc;
 
 /// Chance of equal readings below which a column may be stuck: that of other false alarms.
 const CHANCE: f64 = 1e-4;
-
-/// A recording in which a column is stuck.
-#[derive(Debug, Clone)]
-pub(crate) struct StuckColumn {
-    /// Whether in a validation recording.
-    pub(crate) is_held_out: bool,
-    /// The position of the recording.
-    pub(crate) recording: usize,
-    /// The last time at which it was read, s.
-    pub(crate) time: f64,
-    /// The value at which it stays, SI.
-    pub(crate) value: f64,
-}
 
 /// Columns that may be stuck.
 pub(super) fn suspects(plain: &PlainSearch<'_>) -> Vec<SuspectModel> {

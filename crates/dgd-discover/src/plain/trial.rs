@@ -3,7 +3,10 @@
 use dgd_runtime::System;
 use dgd_runtime::parallel::in_parallel;
 
-use super::{FittedSuspicion, ModelNumber, PlainSearch, RATE, SuspectModel, Suspicion};
+use super::model_number::{ModelNumber, SIGNIFICANT};
+use super::own_values::RATE;
+use super::search::PlainSearch;
+use super::suspicion::{FittedSuspicion, SuspectModel, Suspicion};
 use crate::fit::{FittedStructure, SearchData, StartPoint, cost_at};
 use crate::library::{CarriedValues, ModelStructure, StructureId};
 use crate::search::EffectSearch;
@@ -21,9 +24,6 @@ const PROMISING: f64 = 0.5;
 const HOPEFUL: f64 = 10.0;
 /// Number of slips from which a number is fitted.
 const SLIPS: usize = 2;
-/// Least change of a number, in standard deviations.
-pub(super) const SIGNIFICANT: f64 = 4.0;
-
 impl PlainSearch<'_> {
     /// The suspects that come nearest to their recordings without a fit.
     pub(super) fn likeliest(&self, suspects: Vec<SuspectModel>) -> Vec<SuspectModel> {
@@ -189,10 +189,6 @@ impl SuspectModel {
         let fitted = FittedStructure::new(structure, from, points, data, BEGINNING).ok()?;
         let SuspectModel { position, suspicion, changed, .. } = self.clone();
         Some(FittedSuspicion { position, suspicion, fitted, changed })
-    }
-
-    pub(super) fn data<'a>(&'a self, data: &SearchData<'a>) -> SearchData<'a> {
-        self.changed.as_ref().map_or_else(|| data.clone(), |changed| changed.data(data))
     }
 }
 

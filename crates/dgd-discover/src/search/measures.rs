@@ -5,10 +5,10 @@ use std::collections::BTreeSet;
 use dgd_runtime::System;
 use dgd_screen::noise::SensorNoise;
 
+use super::effort::EVALUATIONS;
 use super::ranking::{
     HeldOutMisfit, LazyValue, RankedStanding, Ranking, StructureMisfit, VerdictQuestion,
 };
-use super::refits::EVALUATIONS;
 use super::tried::{EffectSearch, OpenCandidates};
 use crate::fit::{
     FittedStructure, as_far_as_readings, chi_square, mean, slack, too_many_steps, whitened,

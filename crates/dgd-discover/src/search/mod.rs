@@ -21,6 +21,7 @@ mod alternatives;
 mod cancelling;
 #[cfg(test)]
 mod draining;
+mod effort;
 mod evidence;
 mod measures;
 mod ranking;
@@ -46,8 +47,8 @@ use std::collections::BTreeMap;
 
 use crate::fit::NoFit;
 use crate::library::{MOST_EFFECTS, StructureId};
+use effort::BEAM;
 use ranking::{RankedStanding, VerdictQuestion};
-use refits::BEAM;
 use screen::are_parallel;
 use verdict::Judge;
 

@@ -1,7 +1,8 @@
 //! The noise with which a search weights errors: from the readings, then from the residuals of the best structure so
 //! far, white or correlated.
 
-use super::refits::{BEAM, EVALUATIONS, ValidationUse};
+use super::effort::{BEAM, EVALUATIONS};
+use super::refits::ValidationUse;
 use super::screen::CandidateScore;
 use super::thresholds::Thresholds;
 use super::tried::{EffectSearch, OpenCandidates};

@@ -5,7 +5,7 @@ use std::ops::Range;
 use dgd_compiler::expr::intrinsics::IntrinsicDefinition;
 use dgd_compiler::program::{FunctionArgument, Loop, ProgramFunction, ProgramOperation, ValueId};
 
-use super::NativeRefusal;
+use super::refusal::NativeRefusal;
 
 /// Maximum number of operations in one piece of native code. The cost of register allocation grows faster than
 /// linearly, and so does the stack that a piece needs.

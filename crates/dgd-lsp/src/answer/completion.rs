@@ -11,7 +11,7 @@ use dgd_compiler::syntax::own_units;
 use dgd_compiler::units::catalogue::CATALOGUE;
 use lsp_types::{CompletionItem, CompletionItemKind, CompletionParams};
 
-use super::AnswerContext;
+use super::context::AnswerContext;
 
 /// Words that begin an item, and attributes that end one.
 const KEYWORDS: [&str; 25] = [

@@ -9,7 +9,7 @@ use lsp_types::{
     DiagnosticSeverity, Location, NumberOrString, Position, Range, TextEdit, Uri, WorkspaceEdit,
 };
 
-use super::AnswerContext;
+use super::context::AnswerContext;
 use super::conversions::{ConversionProposal, conversions};
 use crate::analysis::Analysis;
 use crate::places;

@@ -15,7 +15,7 @@ use lsp_types::{
     MarkupKind,
 };
 
-use super::AnswerContext;
+use super::context::AnswerContext;
 use crate::{dimensions, places};
 
 pub(super) fn hover(params: &HoverParams, context: &AnswerContext<'_>) -> Option<Hover> {

@@ -1,6 +1,7 @@
 //! Requests and their answers, a file for each kind.
 
 mod completion;
+mod context;
 mod conversions;
 mod fixes;
 mod hover;
@@ -8,7 +9,6 @@ mod names;
 mod signature;
 mod text;
 
-use dgd_compiler::source::{ColumnUnit, SourceId};
 use lsp_types::request::{
     CodeActionRequest, CodeLensRequest, Completion, DocumentSymbolRequest, FoldingRangeRequest,
     Formatting, GotoDefinition, HoverRequest, InlayHintRequest, PrepareRenameRequest, References,
@@ -16,39 +16,18 @@ use lsp_types::request::{
 };
 use lsp_types::{
     CodeActionProviderCapability, CodeLensOptions, CompletionOptions, HoverProviderCapability,
-    OneOf, Position, PositionEncodingKind, RenameOptions, SemanticTokensFullOptions,
-    SemanticTokensLegend, SemanticTokensOptions, ServerCapabilities, SignatureHelpOptions,
-    TextDocumentSyncCapability, TextDocumentSyncKind, Uri, WorkDoneProgressOptions,
+    OneOf, PositionEncodingKind, RenameOptions, SemanticTokensFullOptions, SemanticTokensLegend,
+    SemanticTokensOptions, ServerCapabilities, SignatureHelpOptions, TextDocumentSyncCapability,
+    TextDocumentSyncKind, Uri, WorkDoneProgressOptions,
 };
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 use serde_json::Value;
 
-use crate::analysis::Analysis;
-use crate::files::OpenDocuments;
 use crate::places;
 
+pub(crate) use context::AnswerContext;
 pub(crate) use fixes::{crashed, diagnostics};
-
-/// The data for answers.
-pub(crate) struct AnswerContext<'a> {
-    /// The document of the request.
-    pub(crate) path: String,
-    pub(crate) files: &'a OpenDocuments,
-    pub(crate) columns: ColumnUnit,
-    pub(crate) analysis: Option<&'a Analysis>,
-}
-
-impl AnswerContext<'_> {
-    /// The text of the document.
-    fn text(&self) -> &str {
-        self.analysis.map_or("", |analysis| &analysis.sources.get(SourceId(0)).text)
-    }
-
-    fn byte(&self, at: Position) -> usize {
-        places::byte(self.text(), at, self.columns)
-    }
-}
 
 /// The capabilities of this server.
 pub(crate) fn capabilities(encoding: PositionEncodingKind) -> ServerCapabilities {

@@ -13,7 +13,7 @@ use lsp_types::{
     TextDocumentPositionParams, TextEdit, Uri, WorkspaceEdit,
 };
 
-use super::AnswerContext;
+use super::context::AnswerContext;
 use crate::places;
 
 /// The names of the project, and the use at a position.

@@ -7,7 +7,7 @@ use lsp_types::{
     ParameterInformation, ParameterLabel, SignatureHelp, SignatureHelpParams, SignatureInformation,
 };
 
-use super::AnswerContext;
+use super::context::AnswerContext;
 
 /// The function whose parentheses are open at the cursor, and the current argument.
 pub(super) fn signature(

@@ -10,7 +10,7 @@ use lsp_types::{
     SemanticTokenType, SemanticTokens, TextEdit,
 };
 
-use super::AnswerContext;
+use super::context::AnswerContext;
 use crate::places;
 
 /// The token types, in the order of their numbers in the protocol.

@@ -12,8 +12,6 @@ use axum::http::{HeaderMap, HeaderName, HeaderValue, Method, StatusCode, header}
 use axum::middleware::Next;
 use axum::response::{IntoResponse, Response};
 
-use super::ServerState;
-
 /// The header with the secret.
 const SECRET: HeaderName = HeaderName::from_static("x-dgd-secret");
 
@@ -83,11 +81,11 @@ impl RequestGuard {
 
 /// Refuses requests from elsewhere, and forbids caching and use by other origins.
 pub(super) async fn verify(
-    State(shared): State<Arc<ServerState>>,
+    State(guard): State<Arc<RequestGuard>>,
     request: Request,
     next: Next,
 ) -> Response {
-    let mut response = match shared.guard.refusal(request.method(), request.headers()) {
+    let mut response = match guard.refusal(request.method(), request.headers()) {
         Some(refusal) => refusal.into_response(),
         None => next.run(request).await,
     };
@@ -105,12 +103,12 @@ pub(super) async fn verify(
 
 /// Refuses requests without the secret.
 pub(super) async fn want_secret(
-    State(shared): State<Arc<ServerState>>,
+    State(guard): State<Arc<RequestGuard>>,
     request: Request,
     next: Next,
 ) -> Response {
     let secret = request.headers().get(SECRET);
-    if secret.is_some_and(|given| shared.guard.is_secret(given.as_bytes())) {
+    if secret.is_some_and(|given| guard.is_secret(given.as_bytes())) {
         next.run(request).await
     } else {
         let why = "the secret is missing: open the address that `dgd watch` says, with all that is behind its #";

@@ -4,7 +4,7 @@
 //! |---|---|
 //! | `GET /` and the files of [`assets`](crate::assets) | the page, without any of the model's contents |
 //! | `GET /first` | the page's initial data |
-//! | `POST /ask` | an [`PageRequest`], answered by the [`ModelBench`] |
+//! | `POST /ask` | an [`PageRequest`], answered by the [`ModelBench`](crate::ModelBench) |
 //! | `POST /write` | values into the text of the model: [`write`] |
 //! | `GET /events` | server-sent events: a file has changed |
 //!
@@ -15,14 +15,15 @@
 mod guard;
 mod limits;
 mod poll;
+mod response;
+mod state;
 mod write;
 
 use std::convert::Infallible;
 use std::io;
 use std::net::Ipv4Addr;
-use std::path::{Path, PathBuf};
-use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
 
 use axum::Router;
 use axum::body::Bytes;
@@ -32,92 +33,16 @@ use axum::middleware;
 use axum::response::sse::{Event, KeepAlive, Sse};
 use axum::response::{IntoResponse, Response};
 use axum::routing::{get, post};
-use dgd_data::DiskFiles;
 use dgd_work::RunRequest;
 use futures_util::stream::{self, Stream};
 use serde_json::json;
 use tokio::net::TcpListener;
-use tokio::sync::{Semaphore, watch};
 
 use crate::ask::PageRequest;
-use crate::bench::ModelBench;
-use crate::stop::StopHandle;
 use guard::RequestGuard;
 use limits::LimitedListener;
-
-/// State shared by requests and threads.
-struct ServerState {
-    bench: Mutex<ModelBench>,
-    guard: RequestGuard,
-    model: PathBuf,
-    /// The files of the last answer.
-    files: Mutex<Vec<PathBuf>>,
-    /// Incremented on every change of a file.
-    changes: watch::Sender<u64>,
-    stop: StopHandle,
-    /// A permit for each page that may still listen for changes.
-    listening: Arc<Semaphore>,
-    /// The request that is being answered.
-    current: Mutex<Option<u64>>,
-    /// Number of requests so far.
-    count: AtomicU64,
-    assets: Vec<(&'static str, String)>,
-}
-
-impl ServerState {
-    fn bench(&self) -> MutexGuard<'_, ModelBench> {
-        self.bench.lock().unwrap_or_else(PoisonError::into_inner)
-    }
-
-    /// Handles a changed file: abandons the current run, and makes files be read again.
-    fn changed(&self) {
-        self.give_up(|_| true);
-        self.bench().forget();
-        self.changes.send_modify(|count| *count += 1);
-    }
-
-    fn current(&self) -> MutexGuard<'_, Option<u64>> {
-        self.current.lock().unwrap_or_else(PoisonError::into_inner)
-    }
-
-    /// Stops the request that is being answered, if `is_meant` holds.
-    fn give_up(&self, is_meant: impl Fn(u64) -> bool) {
-        if self.current().is_some_and(is_meant) {
-            self.stop.stop();
-        }
-    }
-
-    /// Answers one request after another, except those whose page is gone.
-    fn answer(&self, number: u64, ask: &PageRequest, is_gone: &AtomicBool) -> String {
-        let mut bench = self.bench();
-        {
-            let mut current = self.current();
-            if is_gone.load(Ordering::SeqCst) {
-                return String::new();
-            }
-            self.stop.reset();
-            *current = Some(number);
-        }
-        let answer = bench.answer(ask, &DiskFiles);
-        *self.current() = None;
-        let mut files = self.watched();
-        files.extend(bench.files());
-        // A folder changes when a file is added or removed.
-        files.extend(Some(effects_of(&self.model)).filter(|folder| folder.is_dir()));
-        files.sort();
-        files.dedup();
-        answer
-    }
-
-    fn watched(&self) -> MutexGuard<'_, Vec<PathBuf>> {
-        self.files.lock().unwrap_or_else(PoisonError::into_inner)
-    }
-}
-
-/// The folder of a model's effects.
-fn effects_of(model: &Path) -> PathBuf {
-    model.with_file_name("effects")
-}
+use response::json_response;
+use state::ServerState;
 
 /// Serves a model until the process ends. Passes the address with the secret to `tell` once pages can be fetched.
 ///
@@ -128,51 +53,27 @@ pub fn serve(request: RunRequest, port: u16, tell: impl FnOnce(&str)) -> io::Res
     let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build()?;
     runtime.block_on(async {
         let listener = TcpListener::bind((Ipv4Addr::LOCALHOST, port)).await?;
-        let guard = RequestGuard::new(listener.local_addr()?.port())?;
+        let guard = Arc::new(RequestGuard::new(listener.local_addr()?.port())?);
         let address = guard.address();
-        let shared = Arc::new(shared(request, guard));
+        let shared = Arc::new(ServerState::new(request));
         poll::begin(&shared);
         tell(&address);
-        axum::serve(LimitedListener::new(listener), router(shared)).await
+        axum::serve(LimitedListener::new(listener), router(shared, &guard)).await
     })
 }
 
-fn shared(request: RunRequest, guard: RequestGuard) -> ServerState {
-    let mut assets = crate::assets();
-    assets.push(("index.html", include_str!("../../assets/watch.html").to_owned()));
-    assets.push(("watch.js", include_str!("../../assets/watch.js").to_owned()));
-    assets.push(("icon.svg", include_str!("../../assets/icon.svg").to_owned()));
-    let model = request.model.clone();
-    let bench = ModelBench::new(request);
-    let stop = bench.stop();
-    let files = Mutex::new(bench.files());
-    let (changes, _) = watch::channel(0);
-    ServerState {
-        bench: Mutex::new(bench),
-        guard,
-        model,
-        files,
-        changes,
-        stop,
-        listening: Arc::new(Semaphore::new(limits::LISTENING)),
-        current: Mutex::new(None),
-        count: AtomicU64::new(0),
-        assets,
-    }
-}
-
-fn router(shared: Arc<ServerState>) -> Router {
+fn router(shared: Arc<ServerState>, guard: &Arc<RequestGuard>) -> Router {
     let secret = Router::new()
         .route("/first", get(first))
         .route("/events", get(events))
         .route("/ask", post(ask))
         .route("/write", post(write::write))
-        .route_layer(middleware::from_fn_with_state(Arc::clone(&shared), guard::want_secret));
+        .route_layer(middleware::from_fn_with_state(Arc::clone(guard), guard::want_secret));
     Router::new()
         .route("/", get(page))
         .route("/{name}", get(file))
         .merge(secret)
-        .layer(middleware::from_fn_with_state(Arc::clone(&shared), guard::verify))
+        .layer(middleware::from_fn_with_state(Arc::clone(guard), guard::verify))
         .with_state(shared)
 }
 
@@ -195,11 +96,6 @@ fn asset(shared: &ServerState, name: &str) -> Response {
         _ => "text/javascript; charset=utf-8",
     };
     ([(header::CONTENT_TYPE, kind)], text.clone()).into_response()
-}
-
-/// Text that is JSON already.
-fn json_response(status: StatusCode, text: String) -> Response {
-    (status, [(header::CONTENT_TYPE, "application/json")], text).into_response()
 }
 
 async fn first(State(shared): State<Arc<ServerState>>) -> Response {

@@ -9,7 +9,7 @@ use std::sync::Arc;
 use std::thread;
 use std::time::{Duration, SystemTime};
 
-use super::ServerState;
+use super::state::ServerState;
 
 /// Polling interval.
 const EVERY: Duration = Duration::from_millis(100);

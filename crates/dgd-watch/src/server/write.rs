@@ -13,7 +13,8 @@ use dgd_data::open::{DiskFiles, read_text};
 use serde::Deserialize;
 use serde_json::json;
 
-use super::{ServerState, json_response};
+use super::response::json_response;
+use super::state::ServerState;
 use crate::bench::digest;
 use crate::values::ParameterValues;
 

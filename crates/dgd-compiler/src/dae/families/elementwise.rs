@@ -2,7 +2,9 @@
 
 use std::collections::BTreeSet;
 
-use super::{ColumnCandidates, ColumnNumbering, FamilyAssignment, PlannedRows, elements_name};
+use super::planned::{
+    ColumnCandidates, ColumnNumbering, FamilyAssignment, PlannedRows, elements_name,
+};
 use crate::dae::matching::{maximum_matching, more_places, quoted};
 use crate::dae::transfer::TransferredModel;
 use crate::diagnostics::{Code, Diagnostic, Diagnostics, ErrorReported};

@@ -6,6 +6,7 @@
 mod elementwise;
 mod intervals;
 mod place;
+mod planned;
 mod wholesale;
 mod written_out;
 
@@ -17,72 +18,14 @@ use super::index::solve_for_derivative;
 use super::modes::ModeCombinations;
 use super::transfer::{TransferredEquation, TransferredModel};
 use crate::diagnostics::{Code, Diagnostic, Diagnostics, ErrorReported};
-use crate::expr::{ExprGraph, ExprId, Symbol};
+use crate::expr::{ExprGraph, Symbol};
 use crate::model::Model;
 
 pub(crate) use place::row_of;
 pub(super) use place::{RowOrigins, families, isolate, place};
+pub(super) use planned::FamilyPlan;
+use planned::{ColumnCandidates, ColumnNumbering, PlannedRows, elements_name};
 pub(super) use written_out::written_out;
-
-/// The equations that determine elements of arrays.
-#[derive(Debug, Default)]
-pub(super) struct FamilyPlan {
-    /// Positions of these equations among all.
-    pub(super) taken: BTreeSet<usize>,
-    /// The rows made from them.
-    rows: Vec<PlannedRows>,
-}
-
-impl FamilyPlan {
-    /// The rows' right-hand sides.
-    pub(super) fn expressions(&mut self) -> impl Iterator<Item = &mut ExprId> {
-        self.rows.iter_mut().map(|row| &mut row.rhs)
-    }
-}
-
-/// Consecutive elements with one row expression.
-#[derive(Debug, Clone, Copy)]
-struct PlannedRows {
-    /// Position of the first among the elements of all arrays.
-    first: u32,
-    count: u32,
-    /// Position of the equation among all.
-    equation: usize,
-    /// The equation's passage for the first row.
-    from: u32,
-    /// f, swept from the equation's first passage on.
-    rhs: ExprId,
-    /// ẏ = f, else 0 = f.
-    differential: bool,
-}
-
-/// The columns that an equation, or a family of them, could determine.
-#[derive(Debug)]
-struct ColumnCandidates {
-    /// Position among all equations.
-    equation: usize,
-    /// Number of passages.
-    count: u32,
-    /// First columns; for columns that move with the loop, as many follow as there are passages.
-    columns: Vec<usize>,
-}
-
-/// Single unknowns are the first columns; elements of arrays follow.
-#[derive(Debug, Clone, Copy)]
-struct ColumnNumbering {
-    n_single: usize,
-    n_elements: usize,
-}
-
-impl ColumnNumbering {
-    fn element(self, position: u32) -> usize {
-        self.n_single + position as usize
-    }
-
-    fn len(self) -> usize {
-        self.n_single + self.n_elements
-    }
-}
 
 /// Finds an equation for each element. Single equations that match no single unknown are left to index reduction;
 /// arrays that would have to take part in it are added to `tied`, and the failure is reported.
@@ -176,15 +119,6 @@ pub(super) fn plan(
     Ok(FamilyPlan { taken, rows })
 }
 
-/// Passages of an equation and the columns that they determine.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-struct FamilyAssignment {
-    equation: usize,
-    from: u32,
-    count: u32,
-    column: usize,
-}
-
 /// The rows ẏ = f of an equation that has derivatives of elements.
 fn solved(
     model: &Model,
@@ -237,17 +171,6 @@ fn rate_name(model: &Model, rate: Symbol, count: u32) -> String {
         Symbol::ElementRate(first) => format!("`der({})`", model.element_name(first)),
         _ => unreachable!("a derivative of an element"),
     }
-}
-
-/// `p[3]` or `p[3..7]`.
-fn elements_name(model: &Model, first: u32, count: u32) -> String {
-    let name = model.element_name(first);
-    if count == 1 {
-        return name;
-    }
-    let last = model.element_name(first + count - 1);
-    let upper = last.rsplit_once('[').map_or("", |(_, upper)| upper);
-    format!("{}..{upper}", name.trim_end_matches(']'))
 }
 
 /// Checks that no derivative is determined twice.

@@ -2,7 +2,7 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use super::{FamilyPlan, PlannedRows, elements_name};
+use super::planned::{FamilyPlan, PlannedRows, elements_name};
 use crate::dae::rates::{at_passage, family_of};
 use crate::dae::transfer::TransferredModel;
 use crate::dae::{Dae, DaeArray, DaeFamily, DaeOutputArray};

@@ -4,7 +4,7 @@
 //! covers the usual models; [`super::elementwise`] handles the rest.
 
 use super::intervals::ColumnIntervals;
-use super::{ColumnCandidates, FamilyAssignment};
+use super::planned::{ColumnCandidates, FamilyAssignment};
 use crate::dae::matching::maximum_matching;
 
 /// An assignment of all equations to the free columns, if one is found.

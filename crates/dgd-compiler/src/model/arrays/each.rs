@@ -3,12 +3,11 @@
 
 use std::fmt::Write as _;
 
-use super::shape::ArrayShape;
-use super::sweep::open;
 use crate::diagnostics::{Code, Diagnostic, Diagnostics, ErrorReported};
 use crate::expr::ExprId;
-use crate::model::resolve::ModelResolver;
-use crate::model::{Automaton, Crossing};
+use crate::model::resolver::ModelResolver;
+use crate::model::scope::{ArrayShape, LoopIndex};
+use crate::model::{Automaton, Crossing, Equation};
 use crate::syntax::ast::{Item, ItemKind, LoopCounter, StartRule};
 
 /// Limit on the indices for which a loop is written out.
@@ -70,6 +69,24 @@ impl<'a> ModelResolver<'a> {
         Ok(())
     }
 
+    /// The equation at the open indices; `None` if an index moves by more than one.
+    pub(super) fn one(
+        &mut self,
+        item: &'a Item,
+        diagnostics: &mut Diagnostics,
+    ) -> Result<Option<Equation>, ErrorReported> {
+        let ItemKind::Equation { label, left, right, attributes } = &item.kind else {
+            unreachable!("asked before");
+        };
+        self.lowering.strided = false;
+        let equation = self.equation(item, label, [left, right], attributes, diagnostics)?;
+        let strided = std::mem::take(&mut self.lowering.strided);
+        if strided {
+            self.lowering.forget_moving();
+        }
+        Ok((!strided).then_some(equation))
+    }
+
     /// Merges two events into one that has both effects.
     fn join(
         &self,
@@ -84,6 +101,22 @@ impl<'a> ModelResolver<'a> {
         }
         Ok(())
     }
+}
+
+/// The indices of a loop at one of its passages; the last may move from there on.
+pub(super) fn open<'a>(
+    counters: &'a [LoopCounter],
+    shape: &ArrayShape,
+    offset: u32,
+    moves: bool,
+) -> Vec<LoopIndex<'a>> {
+    let values = shape.indices(offset);
+    let last = counters.len() - 1;
+    let index = |(k, LoopCounter { index, .. }): (usize, &'a LoopCounter)| {
+        let count = if moves && k == last { shape.row().count } else { 1 };
+        LoopIndex { name: &index.text, first: values[k], count }
+    };
+    counters.iter().enumerate().map(index).collect()
 }
 
 /// The error for a loop with too many indices to be written out.

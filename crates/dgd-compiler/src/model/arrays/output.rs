@@ -1,15 +1,15 @@
 //! Outputs of arrays: rows of elements, or each element by itself if their noise is more than a number.
 
 use super::each::{MOST_WRITTEN_OUT, too_many};
-use super::name_of_row;
+use super::rows::name_of_row;
 use crate::diagnostics::{Code, Diagnostic, Diagnostics, ErrorReported};
 use crate::expr::Symbol;
-use crate::model::check_units::ExprDimension;
-use crate::model::define::{NameDefinition, ScopeEntry};
+use crate::model::check_units::{ExprDimension, unit_of};
 use crate::model::density::reading::{NoisyOutput, OutputNoise};
-use crate::model::expression::{TypedExpr, unit_of};
+use crate::model::expression::TypedExpr;
 use crate::model::item::unit_read;
-use crate::model::resolve::ModelResolver;
+use crate::model::resolver::ModelResolver;
+use crate::model::scope::{NameDefinition, ScopeEntry};
 use crate::model::{DeclarationHeader, Output, OutputArray};
 use crate::syntax::ast::{Attribute, Item, Name, WrittenUnit};
 use crate::units::Unit;

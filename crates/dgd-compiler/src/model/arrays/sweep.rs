@@ -1,11 +1,11 @@
 //! Equations of loops: one for all indices if they move by one, otherwise one for each.
 
-use super::shape::{ArrayShape, brackets};
-use super::whole::{IndexExtent, LoopIndex};
+use super::each::open;
 use crate::diagnostics::{Diagnostics, ErrorReported};
+use crate::model::Family;
 use crate::model::expression::TypedExpr;
-use crate::model::resolve::ModelResolver;
-use crate::model::{Equation, Family};
+use crate::model::resolver::ModelResolver;
+use crate::model::scope::{ArrayShape, IndexExtent, brackets};
 use crate::syntax::ast::{Item, ItemKind, LoopCounter};
 
 impl<'a> ModelResolver<'a> {
@@ -57,24 +57,6 @@ impl<'a> ModelResolver<'a> {
         self.each(counters, item, shape, diagnostics)
     }
 
-    /// The equation at the open indices; `None` if an index moves by more than one.
-    pub(super) fn one(
-        &mut self,
-        item: &'a Item,
-        diagnostics: &mut Diagnostics,
-    ) -> Result<Option<Equation>, ErrorReported> {
-        let ItemKind::Equation { label, left, right, attributes } = &item.kind else {
-            unreachable!("asked before");
-        };
-        self.lowering.strided = false;
-        let equation = self.equation(item, label, [left, right], attributes, diagnostics)?;
-        let strided = std::mem::take(&mut self.lowering.strided);
-        if strided {
-            self.lowering.forget_moving();
-        }
-        Ok((!strided).then_some(equation))
-    }
-
     /// A family along the last index for each value of the others.
     fn families(
         &mut self,
@@ -116,20 +98,4 @@ impl<'a> ModelResolver<'a> {
                 self.lowering.open_let(&array, indices, span, diagnostics);
         }
     }
-}
-
-/// The indices of a loop at one of its passages; the last may move from there on.
-pub(super) fn open<'a>(
-    counters: &'a [LoopCounter],
-    shape: &ArrayShape,
-    offset: u32,
-    moves: bool,
-) -> Vec<LoopIndex<'a>> {
-    let values = shape.indices(offset);
-    let last = counters.len() - 1;
-    let index = |(k, LoopCounter { index, .. }): (usize, &'a LoopCounter)| {
-        let count = if moves && k == last { shape.row().count } else { 1 };
-        LoopIndex { name: &index.text, first: values[k], count }
-    };
-    counters.iter().enumerate().map(index).collect()
 }

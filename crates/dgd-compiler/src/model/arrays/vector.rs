@@ -1,25 +1,13 @@
 //! Arrays of constants, parameters and inputs: each element has a position among those of its kind, and a name of its
 //! own.
 
-use super::open_axes;
-use super::place::ArrayPlace;
+use super::rows::open_axes;
 use crate::diagnostics::{Diagnostics, ErrorReported};
-use crate::expr::curve::CurveId;
-use crate::expr::{ExprGraph, ExprId, Node};
-use crate::model::resolve::{ModelResolver, NumberReading};
+use crate::model::expression::NumberReading;
+use crate::model::resolver::ModelResolver;
+use crate::model::scope::Vector;
 use crate::model::{Constant, DeclarationHeader, Input, Interpolation, Parameter};
-use crate::syntax::ast::{ArrayAxis, ArrayKind, Attribute, AttributeKind, Expr, Item, Name};
-
-/// An array whose elements have values before a run, or from data.
-#[derive(Debug, Clone)]
-pub(in crate::model) struct Vector<'a> {
-    pub(in crate::model) kind: ArrayKind,
-    pub(in crate::model) name: &'a Name,
-    pub(in crate::model) axes: &'a [ArrayAxis],
-    pub(in crate::model) value: Option<&'a Expr>,
-    /// The position of its elements among those of its kind, filled in once sizes are known.
-    pub(in crate::model) place: Result<ArrayPlace<'a>, ErrorReported>,
-}
+use crate::syntax::ast::{Attribute, AttributeKind, Expr, Item};
 
 impl<'a> ModelResolver<'a> {
     /// The name, unit and expression of each element, one after another.
@@ -97,16 +85,4 @@ impl<'a> ModelResolver<'a> {
             Ok(Input { declared, interpolation })
         })
     }
-}
-
-/// Looks numbers up by a whole number, the first at 0.
-pub(super) fn numbers_at(graph: &mut ExprGraph, name: &str, numbers: &[f64], at: ExprId) -> ExprId {
-    let (first, others) = match numbers {
-        [] => return graph.constant(0.0),
-        [first, others @ ..] => (*first, others),
-    };
-    if others.iter().all(|number| number.to_bits() == first.to_bits()) {
-        return graph.constant(first);
-    }
-    graph.intern(Node::Curve(CurveId::of_numbers(name, numbers, None), at))
 }

@@ -1,6 +1,7 @@
 //! The rules of units for sums, comparisons, products and calls, one function each.
 
 mod misplaced;
+mod written;
 
 use std::collections::BTreeMap;
 
@@ -9,7 +10,8 @@ use crate::expr::intrinsics::UnitRule;
 use crate::source::Span;
 use crate::units::{Dimension, Exponent, Unit, describe, which_is_meant};
 
-pub(super) use misplaced::{quotient_for_derivative, unit_of_declaration};
+pub(super) use misplaced::unit_of_declaration;
+pub(super) use written::unit_of;
 
 /// The dimension of an expression.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]

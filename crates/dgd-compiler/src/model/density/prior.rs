@@ -2,7 +2,8 @@
 
 use crate::diagnostics::{Code, Diagnostic, Diagnostics, ErrorReported};
 use crate::expr::display::number;
-use crate::model::resolve::{ModelResolver, NumberReading};
+use crate::model::expression::NumberReading;
+use crate::model::resolver::ModelResolver;
 use crate::model::{Parameter, PriorDensity};
 use crate::source::Span;
 use crate::syntax::ast::{Expr, PriorLaw};

@@ -7,8 +7,8 @@
 use crate::diagnostics::{Code, Diagnostic, Diagnostics, ErrorReported};
 use crate::expr::{Node, Symbol};
 use crate::model::ProcessNoise;
-use crate::model::expression::OpenArguments;
-use crate::model::resolve::{ModelResolver, NumberReading};
+use crate::model::expression::{NumberReading, OpenArguments};
+use crate::model::resolver::ModelResolver;
 use crate::syntax::ast::Expr;
 use crate::units::{Unit, parse_unit};
 

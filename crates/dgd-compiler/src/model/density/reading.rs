@@ -14,8 +14,9 @@ use dgd_signature::{Density, Distribution};
 
 use crate::diagnostics::{Code, Diagnostic, Diagnostics, ErrorReported};
 use crate::expr::{ExprId, Symbol};
-use crate::model::expression::{OpenArguments, TypedExpr, unit_of};
-use crate::model::resolve::{ModelResolver, NumberReading, not_finite};
+use crate::model::check_units::unit_of;
+use crate::model::expression::{NumberReading, OpenArguments, TypedExpr, not_finite};
+use crate::model::resolver::ModelResolver;
 use crate::model::{DeclarationHeader, Model, Output};
 use crate::source::Span;
 use crate::syntax::ast::{Attribute, AttributeKind, Expr, ExprKind};

@@ -9,6 +9,7 @@
 //! Works on tokens, so that it also formats text that this version cannot compile.
 
 use super::parse::is_keyword;
+use super::parse::item_ends::item_ends;
 use super::parse::lexical::{self, RESERVED, Token, TokenKind};
 use crate::diagnostics::{Diagnostics, ErrorReported};
 use crate::source::{SourceId, SourceMap, SourceText};
@@ -123,7 +124,7 @@ struct SpacedToken {
 }
 
 fn lines(text: &str, tokens: &[Token]) -> Vec<LayoutLine> {
-    let ends = lexical::item_ends(tokens, text);
+    let ends = item_ends(tokens, text);
     let mut lines = Vec::new();
     let mut spacing =
         Spacing { text, before: PrecedingToken::Start, open: 0, is_loop: false, reduction: None };

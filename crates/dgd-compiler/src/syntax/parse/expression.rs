@@ -18,7 +18,7 @@
 //! Operators are kept on an explicit stack until their right operand is complete. Only brackets, calls and `if`s
 //! recurse, so nesting needs little of the call stack. The parser looks one token ahead, and reads nothing twice.
 
-use super::array;
+use super::index;
 use super::lexical::{RESERVED, TokenKind};
 use super::tokens::{CLOSE, ParseResult, Tokens, members, word};
 use crate::diagnostics::{Code, Diagnostic};
@@ -296,7 +296,7 @@ fn operand(input: Tokens<'_>) -> ParseResult<'_, Expr> {
                 let (rest, name) = members(input)?;
                 match rest.first() {
                     Some(TokenKind::Open) => call(input, rest, name),
-                    Some(TokenKind::Index) => array::element(input, rest, name),
+                    Some(TokenKind::Index) => index::element(input, rest, name),
                     _ => Ok((rest, Expr { span: name.span, kind: ExprKind::Name(name.text) })),
                 }
             }
@@ -358,7 +358,7 @@ fn call<'a>(input: Tokens<'a>, open: Tokens<'a>, function: Name) -> ParseResult<
     let rest = rest.shallower();
     if rest.starts_with_word("for") && arguments.len() == 1 {
         let body = arguments.remove(0);
-        let (rest, kind) = array::reduction(&function, open, body, rest)?;
+        let (rest, kind) = index::reduction(&function, open, body, rest)?;
         return Ok((rest, Expr { span: input.span_to(&rest), kind }));
     }
     let (rest, _) = close(open.span(), rest)?;

@@ -5,7 +5,7 @@
 
 use dgd_identify::Recording;
 
-use super::super::refits::EVALUATIONS;
+use super::super::effort::EVALUATIONS;
 use super::super::tried::EffectSearch;
 use crate::fit::{FittedStructure, SearchData, StartPoint, chi_square, mean};
 use crate::library::StructureId;

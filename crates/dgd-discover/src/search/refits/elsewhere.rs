@@ -6,7 +6,7 @@
 use dgd_runtime::System;
 use dgd_screen::usual_spacing;
 
-use super::{RefitRequest, ValidationUse};
+use super::refit::{RefitRequest, ValidationUse};
 use crate::fit::{FittedStructure, StartPoint, cost_at};
 use crate::library::{CarriedValues, EffectCandidate, StructureId};
 use crate::search::tried::EffectSearch;

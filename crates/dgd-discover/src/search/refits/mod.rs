@@ -1,20 +1,20 @@
 //! Chooses which structures are fitted, from which starting points, and how far.
 
 mod elsewhere;
+mod refit;
 
 use std::borrow::Cow;
-use std::collections::BTreeMap;
 
+use dgd_runtime::System;
+
+use super::effort::{BEAM, EVALUATIONS};
 use super::screen::{CandidateScore, ScoreRemedy};
 use super::tried::{EffectSearch, OpenCandidates};
-use dgd_runtime::System;
-use dgd_runtime::parallel::in_parallel_stateless;
 
 use crate::fit::{FittedStructure, NoFit, StartPoint};
-use crate::library::{CarriedValues, EffectCandidate, MOST_EFFECTS, StructureId};
-
-/// Number of structures from which the search continues.
-pub(crate) const BEAM: usize = 3;
+use crate::library::{EffectCandidate, MOST_EFFECTS, StructureId};
+pub(super) use refit::ValidationUse;
+use refit::{HOPELESS, ROUNDS, RefitRequest};
 
 /// Number of further places at which forms are tried that begin like the one that does best there.
 const OTHER_PLACES: usize = 3;
@@ -36,9 +36,6 @@ const STRAYED: f64 = 0.1;
 /// Number of twins tried for each effect of the best structure.
 const EXCHANGED: usize = 3;
 
-/// Maximum number of simulations in the final fits of a structure.
-pub(crate) const EVALUATIONS: usize = 40;
-
 /// Unfinished fits continue in stages: after this many simulations, those whose error is within this factor of the
 /// smallest. A correct structure shows early.
 const STAGES: [(usize, f64); 3] = [(4, 10.0), (6, 3.0), (10, 1.5)];
@@ -46,41 +43,11 @@ const STAGES: [(usize, f64); 3] = [(4, 10.0), (6, 3.0), (10, 1.5)];
 /// A part of a structure with at most this multiple of its error needs no fit from the end point of the whole.
 const NEARLY_AS_GOOD: f64 = 1.1;
 
-/// A fit that still leaves this multiple of the noise after the stages is abandoned.
-const HOPELESS: f64 = 10.0;
-
-/// Number of template structures that are fitted to the end, and maximum numbers of simulations in the rounds of these
-/// fits. The first round is short: it shows which ones approach the noise.
+/// Number of template structures that are fitted to the end.
 const FINISHED: usize = 4;
-const ROUNDS: [usize; 4] = [EVALUATIONS / 4, EVALUATIONS, EVALUATIONS, EVALUATIONS];
 
 /// Multiple of the best misfit up to which an unfinished fit may still become the best.
 const NEAR_THE_BEST: f64 = 3.0;
-
-/// A fit continues while a round reduces the error to less than this fraction: one that gains hardly anything in that
-/// many simulations will not improve much.
-const GOES_ON: f64 = 0.99;
-
-/// Factor by which fits approach the minimum faster later than at first.
-const SPEEDS_UP: f64 = 2.0;
-
-/// When to simulate validation recordings with a structure.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum ValidationUse {
-    /// Together with its fit.
-    Now,
-    /// Once it may be the best.
-    Later,
-}
-
-/// A structure to fit, and its starting points.
-#[derive(Debug, Clone)]
-pub(crate) struct RefitRequest {
-    structure: StructureId,
-    /// Initial values.
-    from: CarriedValues,
-    points: Vec<StartPoint>,
-}
 
 /// Sorts the most promising first.
 fn best_first_of(scores: &mut [&CandidateScore]) {
@@ -192,64 +159,6 @@ impl EffectSearch<'_> {
         self.hold_out(&open);
     }
 
-    /// Fits structures, several at a time.
-    pub(crate) fn refit(
-        &mut self,
-        wanted: Vec<RefitRequest>,
-        evaluations: usize,
-        held_out: ValidationUse,
-    ) {
-        let (base, candidates, data) = (self.base, self.candidates, &self.data);
-        let structures: Vec<StructureId> = wanted.iter().map(|wanted| wanted.structure).collect();
-        let before = self.training_sums(&structures);
-        let count = data.keeping.count("structures fitted", wanted.len());
-        let results = in_parallel_stateless(wanted.len(), self.threads, |k| {
-            let RefitRequest { structure, from, points } = &wanted[k];
-            if data.is_spent() {
-                return Err(NoFit::NotTried(data.not_tried()));
-            }
-            let structure = base.structure(candidates, *structure).map_err(NoFit::Invalid)?;
-            let fitted = FittedStructure::new(structure, from, points, data, evaluations);
-            count.more(1);
-            let mut fitted = fitted?;
-            if held_out == ValidationUse::Now {
-                fitted.hold_out(data, evaluations);
-            }
-            Ok(fitted)
-        });
-        for (wanted, result) in wanted.into_iter().zip(results) {
-            // If there is no time to continue, the earlier fit stands.
-            if result.is_err() && data.is_spent() && self.fitted(wanted.structure).is_some() {
-                continue;
-            }
-            self.tried.insert(wanted.structure, result);
-        }
-        for (structure, before) in before {
-            if self.is_lost(structure, before, evaluations) {
-                self.lost.insert(structure);
-            } else {
-                self.lost.remove(&structure);
-            }
-            let is_round = evaluations >= ROUNDS[0];
-            if is_round && self.training_sum(structure) >= GOES_ON * before {
-                self.at_rest.insert(structure);
-            } else {
-                self.at_rest.remove(&structure);
-            }
-        }
-    }
-
-    /// Simulates validation recordings with some structures.
-    pub(crate) fn hold_out(&mut self, structures: &[StructureId]) {
-        for structure in structures {
-            if let Some(Ok(fitted)) = self.tried.get_mut(structure)
-                && fitted.valid.is_none()
-            {
-                fitted.hold_out(&self.data, EVALUATIONS);
-            }
-        }
-    }
-
     /// Completes the fits of template structures that may be the best. Those far from noise were abandoned early, and
     /// their order means little.
     pub(crate) fn finish_templates(&mut self) {
@@ -300,29 +209,10 @@ impl EffectSearch<'_> {
         self.hold_out(structures);
     }
 
-    /// Σ ε² of the training recordings that structures leave; before their first fit, that of the base model.
-    fn training_sums(&self, structures: &[StructureId]) -> BTreeMap<StructureId, f64> {
-        let of_base = self.training_sum(StructureId::BASE);
-        let sum_of = |one: &StructureId| {
-            let error = self.training_error(*one).map(|(sum, _)| sum);
-            (*one, error.unwrap_or(of_base))
-        };
-        structures.iter().map(sum_of).collect()
-    }
-
     /// Whether a fit is worth another round.
     fn may_go_on(&self, structure: StructureId) -> bool {
         self.fitted(structure).is_some_and(|fitted| !fitted.is_converged)
             && !self.lost.contains(&structure)
-    }
-
-    /// Whether a fit that left `before` ahead of a round of `evaluations` simulations would, at this rate, still be far
-    /// from the noise after twice as many as a fit may take.
-    fn is_lost(&self, structure: StructureId, before: f64, evaluations: usize) -> bool {
-        self.training_error(structure).is_some_and(|(now, n)| {
-            let rounds = SPEEDS_UP * EVALUATIONS as f64 / evaluations as f64;
-            now * (now / before).powf(rounds) > HOPELESS * n as f64
-        })
     }
 
     /// Tries near twins for each effect of the best structure, until none is better.
@@ -562,11 +452,5 @@ impl EffectSearch<'_> {
             let size = value.abs().max(declared.value.abs());
             (value - declared.value).abs() > STRAYED * size
         })
-    }
-
-    /// A structure to be fitted from the end point of its fit.
-    pub(crate) fn continued(&self, structure: StructureId) -> RefitRequest {
-        let points = vec![StartPoint::default()];
-        RefitRequest { structure, from: self.values(structure), points }
     }
 }

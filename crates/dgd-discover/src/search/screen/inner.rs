@@ -5,7 +5,7 @@ use dgd_execute::LoadedSystem;
 use dgd_identify::Recording;
 use dgd_runtime::System;
 
-use crate::library::{EffectCandidate, QuantityRanges, range_of};
+use crate::library::{EffectCandidate, QuantityRanges};
 
 /// Points of the grid of an onset: a fit converges from within a tenth of the recording.
 pub(super) const ONSETS: usize = 12;
@@ -87,4 +87,18 @@ pub(super) fn inner_constants(
 fn span(recordings: &[Recording]) -> (f64, f64) {
     let times = recordings.iter().flat_map(|recording| &recording.times);
     times.fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), t| (a.min(*t), b.max(*t)))
+}
+
+/// The range of a template's argument, if a constant of the template has no bounds and the same unit, and so is a level
+/// of it.
+fn range_of(
+    candidate: &EffectCandidate<'_>,
+    unit: &str,
+    ranges: &QuantityRanges,
+) -> Option<(f64, f64)> {
+    let arguments = &candidate.application.arguments;
+    let range = ranges.iter().find(|(name, symbol, a, b)| {
+        symbol == unit && a < b && arguments.iter().any(|argument| argument.text == *name)
+    });
+    range.map(|(_, _, a, b)| (*a, *b))
 }

@@ -6,7 +6,7 @@
 //! together. But if a piece may be undefined beyond its end, as √x is below zero, the row stays as it is, and steps
 //! just end at the corner.
 
-use super::SwitchingSurface;
+use super::surfaces::SwitchingSurface;
 use crate::dae::Dae;
 use crate::dae::hybrid::smoothness::Continuity;
 use crate::dae::rates::family_of;

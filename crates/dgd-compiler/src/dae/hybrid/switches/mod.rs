@@ -38,17 +38,16 @@ mod steps;
 mod surfaces;
 mod tables;
 mod unrolled;
+mod written;
 
 use std::cell::RefCell;
-use std::collections::BTreeMap;
 
 use self::affected::ExpressionReaders;
-use self::surfaces::SurfaceKind;
-use crate::dae::hybrid::smoothness::{Continuity, SwitchSigns, SymbolSizes, is_greater, passage};
+use self::surfaces::{SurfaceKind, SwitchingSurface};
+use self::written::written;
+use crate::dae::hybrid::smoothness::{Continuity, SymbolSizes, is_greater, passage};
 use crate::dae::rates::{RowLayout, VaryingQuantities, family_of};
-use crate::dae::text::symbol_name;
 use crate::dae::{AutomatonKind, Dae, DaeAutomaton, DaeTransition, DaeUnknown, Trigger};
-use crate::expr::display::listing;
 use crate::expr::graph::Comparison;
 use crate::expr::hash::{HashMap, HashSet};
 use crate::expr::{ExprGraph, ExprId, Node, Symbol};
@@ -58,30 +57,6 @@ use crate::units::Unit;
 const BELOW: usize = 0;
 const ABOVE: usize = 1;
 const SLIDING: usize = 2;
-
-/// A surface, and the switches that change on it.
-struct SwitchingSurface {
-    e: ExprId,
-    /// The switches, each with its sign where e > 0.
-    signs: SwitchSigns,
-    /// Positions of the rows that read one of them.
-    rows: Vec<usize>,
-    passage: Continuity,
-    /// Whether steps evaluate one side only, although no value jumps.
-    is_piece: bool,
-    name: String,
-    /// Its discrete number, if steps evaluate one side only.
-    z: Option<ExprId>,
-    /// α, if it can slide.
-    share: Option<(u32, ExprId)>,
-}
-
-impl SwitchingSurface {
-    /// Whether steps evaluate one side only.
-    fn is_held(&self) -> bool {
-        self.is_piece || self.passage == Continuity::Jump
-    }
-}
 
 /// Turns the switches on which the rows depend into events.
 pub(in crate::dae) fn locate(dae: &mut Dae, model: &Model) {
@@ -152,20 +127,6 @@ fn passed(dae: &mut Dae, model: &Model) -> Vec<SwitchingSurface> {
 /// e in the notation of formulas, if it is short.
 fn name(dae: &Dae, model: &Model, e: ExprId) -> String {
     format!("switch {} at 0", written(dae, model, e))
-}
-
-/// An expression in the notation of formulas, if it is short.
-fn written(dae: &Dae, model: &Model, e: ExprId) -> String {
-    let listing = listing(&dae.graph, &[e], &BTreeMap::new(), &|symbol| match symbol {
-        Symbol::Element(i) => model.element_name(i),
-        Symbol::DelayedUnknown(k) => match dae.delayed_unknowns[k as usize].unknown {
-            Symbol::Element(i) => dae.name_of_delayed(k as usize, &model.element_name(i)),
-            _ => symbol_name(dae, symbol),
-        },
-        other => symbol_name(dae, other),
-    });
-    let text = if listing.lines.is_empty() { listing.roots[0].as_str() } else { "…" };
-    text.replace(',', " and")
 }
 
 /// Replaces switches whose values jump by discrete numbers, and by shares while they slide.

@@ -4,7 +4,7 @@
 //! outer switch. So the inner condition is brought to the front of such rows: row = if e > 0 then row on e > 0 else row
 //! on e < 0.
 
-use super::ExpressionReaders;
+use super::affected::ExpressionReaders;
 use super::surfaces::{SurfaceKind, surfaces};
 use crate::dae::Dae;
 use crate::dae::hybrid::smoothness::{Continuity, SwitchSigns, SymbolSizes, on_side, passage};

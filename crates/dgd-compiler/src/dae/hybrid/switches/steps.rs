@@ -10,6 +10,7 @@
 //! π where y passes zero with x below zero: it is rewritten with the sign of y, which is a switch like any other.
 
 use super::surfaces::{Variation, moves};
+use super::written::written;
 use crate::dae::{AutomatonKind, Crossing, Dae, DaeAutomaton, DaeTransition, Trigger};
 use crate::expr::graph::Comparison;
 use crate::expr::hash::HashMap;
@@ -151,7 +152,7 @@ fn angle(graph: &mut ExprGraph, y: ExprId, x: ExprId) -> ExprId {
 
 /// The automaton of the steps of x, counted by z.
 fn automaton(dae: &mut Dae, model: &Model, x: ExprId, z: ExprId) -> DaeAutomaton {
-    let name = format!("floor of {}", super::written(dae, model, x));
+    let name = format!("floor of {}", written(dae, model, x));
     let one = dae.graph.constant(1.0);
     let above = dae.graph.subtract(x, z);
     let beyond = dae.graph.subtract(above, one);

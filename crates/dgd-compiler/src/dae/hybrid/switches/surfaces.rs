@@ -2,12 +2,35 @@
 
 use std::collections::BTreeMap;
 
-use super::SwitchingSurface;
 use crate::dae::Dae;
-use crate::dae::hybrid::smoothness::{Continuity, SymbolSizes, values_at_random};
+use crate::dae::hybrid::smoothness::{Continuity, SwitchSigns, SymbolSizes, values_at_random};
 use crate::expr::hash::HashMap;
 use crate::expr::{ExprGraph, ExprId, Node, Symbol};
 use crate::model::{Interpolation, Model};
+
+/// A surface, and the switches that change on it.
+pub(super) struct SwitchingSurface {
+    pub(super) e: ExprId,
+    /// The switches, each with its sign where e > 0.
+    pub(super) signs: SwitchSigns,
+    /// Positions of the rows that read one of them.
+    pub(super) rows: Vec<usize>,
+    pub(super) passage: Continuity,
+    /// Whether steps evaluate one side only, although no value jumps.
+    pub(super) is_piece: bool,
+    pub(super) name: String,
+    /// Its discrete number, if steps evaluate one side only.
+    pub(super) z: Option<ExprId>,
+    /// α, if it can slide.
+    pub(super) share: Option<(u32, ExprId)>,
+}
+
+impl SwitchingSurface {
+    /// Whether steps evaluate one side only.
+    pub(super) fn is_held(&self) -> bool {
+        self.is_piece || self.passage == Continuity::Jump
+    }
+}
 
 /// Number of points at which two expressions are compared, and how constant their ratio must be for them to be
 /// multiples of each other.

@@ -16,6 +16,7 @@ use std::collections::BTreeSet;
 use super::driven::DrivenUnknowns;
 use super::steps::{StepReplacement, of_two};
 use super::surfaces::moves;
+use super::written::written;
 use crate::dae::{AutomatonKind, Dae};
 use crate::expr::curve::interpolate::position;
 use crate::expr::curve::{CurveId, TableCurve};
@@ -113,7 +114,7 @@ fn make_knots(dae: &mut Dae, model: &Model, curve: &TableCurve, at: &[f64], x: E
     };
     let line = CurveId::store(line);
     let z = u32::try_from(dae.automata.len()).unwrap_or(u32::MAX);
-    let name = format!("segment of {table}({})", super::written(dae, model, x));
+    let name = format!("segment of {table}({})", written(dae, model, x));
     let graph = &mut dae.graph;
     let (z, one) = (graph.symbol(Symbol::Discrete(z)), graph.constant(1.0));
     let position = graph.simplified(Node::Curve(line, x));

@@ -1,0 +1,5 @@
+//! What ends a session before the editor disconnects.
+
+use std::error::Error;
+
+pub(crate) type ServerFailure = Box<dyn Error + Send + Sync>;
