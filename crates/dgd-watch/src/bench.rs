@@ -14,7 +14,7 @@ use dgd_work::check::ModelDescription;
 use dgd_work::{
     ApplicableEffect, FitRequest, Mistake, ModelChoices, PreparedRun, Remark, Reporter, RunRequest,
     SensitivityRequest, SimulationResult, TaskContext, UsageError, WorkError, applicable, fit,
-    prepare, sensitivity,
+    neutral, prepare, sensitivity,
 };
 use serde_json::{Value, json};
 
@@ -353,7 +353,7 @@ impl Reporter for RemarkListener {
         let words = match remark {
             Remark::Words(words) => words.to_owned(),
             Remark::Diagnostic(diagnostic, sources) => {
-                Mistake::from_diagnostic(diagnostic, sources).message
+                Mistake::from_diagnostic(diagnostic, sources, neutral).message
             }
             // A kind of remark that is not known here.
             _ => return,

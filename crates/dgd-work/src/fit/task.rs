@@ -31,7 +31,7 @@ use crate::fit::report::outcome::ValidationResult;
 use crate::fit::report::standard::NoiseStandard;
 use crate::model::Compilation;
 use crate::output::provenance::{self, DataFile, Provenance};
-use crate::request::{EstimationApproach, FitRequest, LinearizeAt};
+use crate::request::{EstimationApproach, Estimator, FitRequest, LinearizeAt};
 use crate::run::recording::{self, TimeColumnRule};
 use crate::run::{
     densities, executable, keeping, options, reservations, verify_memory_of_fit, with_method,
