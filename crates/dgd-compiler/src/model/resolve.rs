@@ -9,11 +9,11 @@ use super::density::reading::DensityFormula;
 use super::expression::{ExprLowering, OpenArguments, TypedExpr, is_plain, unit_of};
 use super::item::UnknownDeclaration;
 use super::{Constant, DeclarationHeader, Input, Interpolation, Let, Model, Parameter};
-use crate::argument::Argument;
 use crate::diagnostics::{Code, Diagnostic, Diagnostics, ErrorReported};
 use crate::expr::{ExprId, Symbol};
 use crate::parts::{self, FlatModel, InnerModel};
 use crate::sentence;
+use crate::sentence::argument::Argument;
 use crate::source::Span;
 use crate::syntax::ast::{
     ArrayKind, Ast, AttributeKind, Expr, Item, ItemKind, Name, StartRule, UnknownKind, WrittenUnit,

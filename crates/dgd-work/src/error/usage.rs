@@ -49,6 +49,13 @@ pub enum UsageError {
         /// The number given.
         given: usize,
     },
+    /// A wrong number of values for the variables of an objective.
+    VariableCount {
+        /// The number of variables.
+        needed: usize,
+        /// The number of values.
+        given: usize,
+    },
     /// Arguments that need another estimator.
     NeedsEstimator {
         /// The arguments.
@@ -353,6 +360,9 @@ impl UsageError {
             }
             Self::ValueCount { what, needed, given } => {
                 format!("the model has {needed} {what}, and {given} are given").into()
+            }
+            Self::VariableCount { needed, given } => {
+                format!("there are {needed} variables, and {given} values are given").into()
             }
             Self::NeedsEstimator { given, estimators } => {
                 let mut sentence = Sentence::default();

@@ -215,7 +215,7 @@ impl Objective {
     fn point(&self, theta: &[f64]) -> Result<(Vec<f64>, Vec<Starts>), WorkError> {
         let (given, needed) = (theta.len(), self.variables.len());
         if given != needed {
-            return Err(UsageError::ValueCount { what: "variables", needed, given }.into());
+            return Err(UsageError::VariableCount { needed, given }.into());
         }
         let mut p = self.p.clone();
         let mut starts: Vec<Starts> = self.recordings.iter().map(|r| r.start.clone()).collect();
