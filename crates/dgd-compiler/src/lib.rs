@@ -2,7 +2,6 @@
 //!
 //! Does no I/O, prints nothing, and never panics on user input. [`pipeline`] gives an overview.
 
-pub mod argument;
 pub mod codegen;
 pub mod dae;
 pub mod diagnostics;
@@ -19,3 +18,5 @@ pub mod syntax;
 #[cfg(test)]
 mod tank;
 pub mod units;
+
+pub use sentence::argument;

@@ -3,7 +3,7 @@
 use std::borrow::Cow;
 use std::collections::BTreeMap;
 
-use crate::argument::{Argument, Spelling};
+use crate::sentence::argument::{Argument, Spelling};
 
 /// A text, and its name for the user.
 #[derive(Debug, Clone, PartialEq, Eq)]

@@ -8,7 +8,7 @@ use std::ops::Range;
 use annotate_snippets::{AnnotationKind, Group, Level, Renderer, Snippet};
 
 use super::{Diagnostic, DiagnosticLabel, visible};
-use crate::argument::{Argument, Spelling, neutral};
+use crate::sentence::argument::{Argument, Spelling, neutral};
 use crate::source::{SourceId, SourceMap, Span};
 
 /// Number of diagnostics drawn in full; the rest are counted.

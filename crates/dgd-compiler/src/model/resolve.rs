@@ -10,10 +10,10 @@ use super::options::ModelOptions;
 use super::resolver::ModelResolver;
 use super::scope::{ModelScope, NameDefinition, in_order};
 use super::{Constant, Input, Interpolation, Let, Model};
-use crate::argument::Argument;
 use crate::diagnostics::{Code, Diagnostic, Diagnostics, ErrorReported};
 use crate::parts::{self, FlatModel, InnerModel};
 use crate::sentence;
+use crate::sentence::argument::Argument;
 use crate::source::Span;
 use crate::syntax::ast::{
     ArrayKind, Ast, AttributeKind, Expr, Item, ItemKind, Name, StartRule, UnknownKind, WrittenUnit,

@@ -6,9 +6,9 @@ use std::path::Path;
 use super::ast::{Ast, ItemKind, TablePoints};
 use super::parse::{UnreadableItem, parse_with_holes};
 use super::{table_files, visit};
-use crate::argument::Argument;
 use crate::diagnostics::{Code, Diagnostic, Diagnostics, ErrorReported};
 use crate::sentence;
+use crate::sentence::argument::Argument;
 use crate::source::{SourceId, SourceMap, SourceText, Span};
 
 /// File extension of imports, except for tables. No other files are read, so that a model cannot reveal the contents of

@@ -1,8 +1,10 @@
 //! Sentences that name arguments, which each face writes in its own way.
 
+pub mod argument;
+
 use std::fmt;
 
-use crate::argument::{Argument, ArgumentUse, Spelling, neutral};
+use argument::{Argument, ArgumentUse, Spelling, neutral};
 
 /// A text with arguments in it.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
