@@ -233,7 +233,7 @@ impl Reporter for Console<'_> {
 
 /// How many mistakes `dgd check --fix` can fix, and in which file; `None` without fixes.
 fn mended(diagnostics: &[Diagnostic], sources: &SourceMap) -> Option<String> {
-    let fixes = diagnostics.iter().filter_map(|diagnostic| diagnostic.fix.as_ref());
+    let fixes = diagnostics.iter().filter_map(|diagnostic| diagnostic.fix.as_deref());
     let fixes: Vec<&Fix> = fixes.filter(|fix| fix.is_safe()).collect();
     let of_file = |(k, source): (usize, &SourceText)| {
         let id = SourceId(u32::try_from(k).ok()?);

@@ -135,7 +135,7 @@ impl OutputTargets {
         for OutputTarget { path, option } in &self.all {
             let Some(target) = identity(path) else { continue };
             if let Some((input, _)) = read.iter().find(|(_, input)| *input == target) {
-                let (by, path) = (option.clone(), input.to_path_buf());
+                let (by, path) = (option.clone(), PathBuf::clone(input));
                 return Err(UsageError::Replaces { by, path }.into());
             }
         }

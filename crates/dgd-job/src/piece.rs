@@ -105,7 +105,9 @@ impl Piece {
         let mut words = vec![self.kind.command().to_owned(), self.model.clone()];
         let mut give = |given: &ArgumentUse| words.extend((syntax.words)(given));
         for (argument, files) in [(Argument::Data, &self.data), (Argument::Valid, &self.valid)] {
-            files.iter().for_each(|file| give(&argument.with(file)));
+            for file in files {
+                give(&argument.with(file));
+            }
         }
         words.extend(self.options.iter().cloned());
         let seed = (self.seed != 0).then(|| Argument::Seed.with(self.seed));

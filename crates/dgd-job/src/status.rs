@@ -76,7 +76,7 @@ pub fn status(
         match there.get(&name) {
             Some(PieceState::Done) => status.done += 1,
             Some(PieceState::Failed) => {
-                status.failures.push(failure(index, name, &piece, (store, syntax))?)
+                status.failures.push(failure(index, name, &piece, (store, syntax))?);
             }
             None => status.open.push((index, name)),
         }

@@ -10,8 +10,11 @@ pub struct OptionSyntax {
     /// The words that give an argument.
     pub words: fn(&ArgumentUse) -> Vec<String>,
     /// The argument that a word gives, and its value if that is in the same word.
-    pub read: fn(&str) -> Option<(Argument, Option<&str>)>,
+    pub read: fn(&str) -> Option<GivenWord<'_>>,
 }
+
+/// An argument that a word gives, and its value if that is in the same word.
+pub type GivenWord<'a> = (Argument, Option<&'a str>);
 
 impl OptionSyntax {
     /// All values of an argument among the words of a command.

@@ -29,7 +29,7 @@ pub struct Diagnostic {
     /// The accepted form, or a likely correction.
     pub help: Option<Sentence>,
     /// The correction as an edit; the corrected line is shown.
-    pub fix: Option<Fix>,
+    pub fix: Option<Box<Fix>>,
 }
 
 /// A place with a note, which may be empty.
@@ -79,7 +79,7 @@ impl Diagnostic {
     /// Adds a fix.
     #[must_use]
     pub fn fix(mut self, fix: Fix) -> Self {
-        self.fix = Some(fix);
+        self.fix = Some(Box::new(fix));
         self
     }
 

@@ -161,7 +161,7 @@ pub(super) fn check_settings<'a>(
             {
                 let message = format!("`{array}` is {}, not an array", definition.noun());
                 diagnostics
-                    .error(Diagnostic::new(Code::ArrayAsNumber, name.span, message).about(&array));
+                    .error(Diagnostic::new(Code::ArrayAsNumber, name.span, message).about(array));
             }
             Some(
                 NameDefinition::Constant(_)

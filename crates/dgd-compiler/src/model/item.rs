@@ -178,7 +178,7 @@ impl<'a> ModelResolver<'a> {
             let message = format!("`{array}` is an array, but `{}` is a single output", name.text);
             let span = value.map_or(name.span, |value| value.span);
             return Err(diagnostics
-                .error(Diagnostic::new(Code::ArrayAsNumber, span, message).about(&array).about(&name.text).help(format!(
+                .error(Diagnostic::new(Code::ArrayAsNumber, span, message).about(array).about(&name.text).help(format!(
                 "write `output {array}` for an output of each element, or read one, `{array}[…]`"
             ))));
         }

@@ -357,7 +357,7 @@ impl<'a, 'd> PartExpansion<'a, 'd> {
                 None => "only inputs of parts are bound; `let` gives a value a name".to_owned(),
             };
             let diagnostic =
-                Diagnostic::new(Code::UnknownName, input.span, message).about(&part).help(help);
+                Diagnostic::new(Code::UnknownName, input.span, message).about(part).help(help);
             return Err(self.diagnostics.error(diagnostic));
         };
         let instance = instance.as_ref().map_err(|reported| *reported)?;

@@ -281,6 +281,6 @@ fn choose(
         None => format!("there is `{}`", known.join("`, `")),
     };
     Err(Box::new(
-        Diagnostic::new(Code::UnknownVariant, wanted.span, message).about(&variant).help(help),
+        Diagnostic::new(Code::UnknownVariant, wanted.span, message).about(variant).help(help),
     ))
 }

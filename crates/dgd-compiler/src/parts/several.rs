@@ -365,9 +365,9 @@ impl IndexSpreading<'_> {
                 format!("{what} `{name_text}` reads `{differs}`, which differs among `{part}`");
             self.mistakes.push(
                 Diagnostic::new(Code::ArrayAsNumber, self.part.span, message)
-                    .about(&name_text)
-                    .about(&differs)
-                    .about(&part)
+                    .about(name_text)
+                    .about(differs)
+                    .about(part)
                     .label(name.span, "one for all of them")
                     .help("a function gets as an argument what differs from one to the next"),
             );
@@ -380,7 +380,7 @@ impl IndexSpreading<'_> {
         let help = format!("write a part for each: `part {part}_1: …`");
         self.mistakes.push(
             Diagnostic::new(Code::ItemInLoop, self.part.span, message)
-                .about(&part)
+                .about(part)
                 .label(place, "here")
                 .help(help),
         );

@@ -223,7 +223,7 @@ fn not_bound(inputs: &[&Name], items: &[Item], parts: &[InnerModel]) -> Diagnost
     // The name in the file that contains the part.
     let around = part.rsplit_once('.').map_or(0, |(around, _)| around.len() + 1);
     let diagnostic = Diagnostic::new(Code::UnboundInput, place.unwrap_or(first.span), message);
-    let diagnostic = names.iter().fold(diagnostic, |diagnostic, name| diagnostic.about(name));
+    let diagnostic = names.iter().fold(diagnostic, Diagnostic::about);
     diagnostic
         .label(first.span, what)
         .help(format!("say what it is: `{} = …`", &first.text[around..]))

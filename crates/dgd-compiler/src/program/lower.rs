@@ -47,13 +47,12 @@ pub fn lower(dae: &Dae, directions: &[Direction]) -> Program {
             schedule(expressions, names, &kinds, spec.kind, &results)
         })
         .collect();
-    let taylor = match obstacle(dae) {
-        Some(reason) => Err(reason),
-        None => {
-            let derivatives = derivation.for_taylor();
-            let Derivation { graph, names, .. } = &mut derivation;
-            taylor(dae, graph, names, &derivatives)
-        }
+    let taylor = if let Some(reason) = obstacle(dae) {
+        Err(reason)
+    } else {
+        let derivatives = derivation.for_taylor();
+        let Derivation { graph, names, .. } = &mut derivation;
+        taylor(dae, graph, names, &derivatives)
     };
     let events = &functions[FunctionKind::EventFunctions as usize];
     let signature = describe::signature(dae, directions, &derivation.patterns, events);

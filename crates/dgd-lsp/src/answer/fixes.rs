@@ -167,7 +167,7 @@ fn label(diagnostic: &Diagnostic, analysis: &Analysis) -> Option<ConversionPropo
 
 /// All unambiguous corrections of the document.
 fn all_safe(analysis: &Analysis, context: &AnswerContext<'_>) -> Option<CodeAction> {
-    let fixes = analysis.diagnostics.iter().filter_map(|one| one.fix.as_ref());
+    let fixes = analysis.diagnostics.iter().filter_map(|one| one.fix.as_deref());
     let safe: Vec<&Fix> = fixes.filter(|fix| fix.is_safe()).collect();
     let text = context.text();
     let (new, n) = dgd_compiler::diagnostics::fix::written(text, SourceId(0), &safe);

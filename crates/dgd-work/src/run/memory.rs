@@ -62,12 +62,11 @@ impl MemoryNeeds {
 
     /// Demands of a run.
     pub(crate) fn demands(&self) -> [MemoryDemand; 2] {
-        let (fewer, smaller) = match self.directions {
-            0 => (Sentence::default(), "a smaller model".into()),
-            _ => {
-                let fewer = sentence!["fewer derivatives (", Argument::To, ")"];
-                (sentence![", or for ", &fewer], fewer)
-            }
+        let (fewer, smaller) = if self.directions == 0 {
+            (Sentence::default(), "a smaller model".into())
+        } else {
+            let fewer = sentence!["fewer derivatives (", Argument::To, ")"];
+            (sentence![", or for ", &fewer], fewer)
         };
         let (rows, derivatives) = (self.rows(), self.derivatives());
         let unknowns = counted(self.unknowns, "unknown");

@@ -45,7 +45,7 @@ pub(crate) fn run(args: &CheckArgs, console: Console<'_>) -> Result<(), CommandE
 /// Applies the safe fixes, each file atomically; returns their number.
 fn write_fixes(error: &CommandError, console: Console<'_>) -> Result<usize, CommandError> {
     let CommandError::Diagnosed { diagnostics, sources } = error else { return Ok(0) };
-    let fixes = diagnostics.iter().filter_map(|diagnostic| diagnostic.fix.as_ref());
+    let fixes = diagnostics.iter().filter_map(|diagnostic| diagnostic.fix.as_deref());
     let fixes: Vec<&Fix> = fixes.filter(|fix| fix.is_safe()).collect();
     let mut fixed = 0;
     for (k, source) in sources.iter().enumerate() {

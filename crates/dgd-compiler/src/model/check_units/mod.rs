@@ -189,7 +189,7 @@ impl UnitSpelling {
                                 self.named(dim.dimension())
                             ),
                         )
-                        .about(&name)
+                        .about(name)
                         .here(self.this_is(dim.dimension())));
                     }
                 }

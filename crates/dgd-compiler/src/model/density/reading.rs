@@ -246,7 +246,7 @@ fn relative(output: &NoisyOutput<'_>, span: Span) -> Diagnostic {
         "this noise is relative to `{}`, whose unit `{symbol}` has a zero of its own",
         output.name
     );
-    Diagnostic::new(Code::NoiseRelativeToOffset, span, message).about(&output.name).help(format!(
+    Diagnostic::new(Code::NoiseRelativeToOffset, span, message).about(output.name).help(format!(
         "declare the output in a unit that begins at nothing: `{} [{from_zero}]`",
         output.name
     ))
@@ -258,6 +258,6 @@ fn wrong_arguments(name: &str, unit: &Unit, span: Span) -> Diagnostic {
         _ => ("2 arguments", format!("student(4, 0.1 [{}])", unit.of_differences().symbol)),
     };
     Diagnostic::new(Code::ArgumentCount, span, format!("`{name}` takes {expected}"))
-        .about(&name)
+        .about(name)
         .help(format!("write `noise {example}`"))
 }

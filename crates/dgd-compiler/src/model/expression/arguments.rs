@@ -44,7 +44,7 @@ impl ExprLowering<'_> {
                                 self.scope.spelling.being(dimension)
                             ),
                         )
-                        .about(&called)
+                        .about(called)
                         .about(&argument.text)
                         .here(self.scope.spelling.this_is(dimension))
                         .label(argument.span, format!("declared in `{}`", unit.symbol)),

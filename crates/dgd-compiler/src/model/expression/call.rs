@@ -59,7 +59,7 @@ impl<'a> ExprLowering<'a> {
                     function.span,
                     format!("`{name}` goes over indices"),
                 )
-                .about(&name)
+                .about(name)
                 .help(format!("say over which: `{name}({array}[i] for i in 1..N)`")),
             ));
         }
@@ -79,7 +79,7 @@ impl<'a> ExprLowering<'a> {
                     span,
                     format!("`{name}` takes {expected} {noun}, not {}", list.len()),
                 )
-                .about(&name),
+                .about(name),
             )
         };
         let definition = self.scope.names.get(name).map(|entry| (entry.definition, entry.span));
@@ -119,7 +119,7 @@ impl<'a> ExprLowering<'a> {
                     function.span,
                     format!("`{name}` is not a function"),
                 )
-                .about(&name)
+                .about(name)
                 .label(place, "declared here")
                 .help(format!("write `{name} * (…)` for a product")),
             )),
@@ -153,7 +153,7 @@ impl<'a> ExprLowering<'a> {
                     passed.call,
                     format!("the function `{name}` calls itself: `{chain}` → `{name}`"),
                 )
-                .about(&name)
+                .about(name)
                 .help("a call stands for the function's body, which cannot hold the same call"),
             ));
         }
@@ -251,7 +251,7 @@ impl<'a> ExprLowering<'a> {
             let message = format!("`{}` depends on itself", array.name);
             return Err(diagnostics.error(
                 Diagnostic::new(Code::CircularDefinition, span, message)
-                    .about(&array.name)
+                    .about(array.name)
                     .help("an unknown that equations determine can depend on its neighbours"),
             ));
         }

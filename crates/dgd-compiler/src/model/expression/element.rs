@@ -95,7 +95,7 @@ impl<'a> ExprLowering<'a> {
             let message = format!("`{name}` is {what}, not an array of states");
             Err(diagnostics.error(
                 Diagnostic::new(Code::NoDerivative, span, message)
-                    .about(&name)
+                    .about(name)
                     .label(place, "declared here")
                     .help("only what is declared `state` has a derivative"),
             ))
@@ -202,7 +202,7 @@ impl<'a> ExprLowering<'a> {
                         *name_span,
                         format!("`{name}` is {what}, not a state"),
                     )
-                    .about(&name)
+                    .about(name)
                     .label(place, "declared here")
                     .help("only what is declared `state` has a derivative"),
                 ))
@@ -327,7 +327,7 @@ impl<'a> ExprLowering<'a> {
             let span = indices.last().map_or(declared, |index| index.span);
             return Err(diagnostics.error(
                 Diagnostic::new(Code::ArrayAsNumber, span, message)
-                    .about(&name)
+                    .about(name)
                     .label(declared, "declared here")
                     .help(format!("write `{name}{}`", "[…]".repeat(wanted))),
             ));
@@ -374,7 +374,7 @@ impl<'a> ExprLowering<'a> {
             format!("`{name}` has no element {element}{when}: it runs from {lower} to {upper}");
         Err(diagnostics.error(
             Diagnostic::new(Code::IndexOutOfRange, index.span, message)
-                .about(&name)
+                .about(name)
                 .label(declared, "declared here"),
         ))
     }

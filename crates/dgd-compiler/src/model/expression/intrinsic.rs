@@ -46,7 +46,7 @@ impl ExprLowering<'_> {
             function.span,
             format!("there is no function `{name}`"),
         )
-        .about(&name);
+        .about(name);
         let known = known.chain(of_model).chain(["der", "delay"]);
         if let Some(near) = diagnostics.suggestion(name, known) {
             diagnostic.help = Some(format!("did you mean `{near}`?").into());

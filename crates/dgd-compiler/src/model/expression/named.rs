@@ -42,7 +42,7 @@ impl<'a> ExprLowering<'a> {
                 let noun = entry.definition.noun();
                 return Err(diagnostics.error(
                     Diagnostic::new(Code::MisusedName, span, format!("`{name}` is {noun}"))
-                        .about(&name)
+                        .about(name)
                         .help(format!("call it: `{name}(…)`")),
                 ));
             }
@@ -59,7 +59,7 @@ impl<'a> ExprLowering<'a> {
             | NameDefinition::LetArray(_) => {
                 return Err(diagnostics.error(
                     Diagnostic::new(Code::ArrayAsNumber, span, format!("`{name}` is an array"))
-                        .about(&name)
+                        .about(name)
                         .label(entry.span, "declared here")
                         .help(format!("say which element: `{name}[…]`")),
                 ));
@@ -88,7 +88,7 @@ impl<'a> ExprLowering<'a> {
                     span,
                     format!("`{name}` is an output, which cannot be read inside the model"),
                 )
-                .about(&name)
+                .about(name)
                 .label(*place, "declared here")
                 .help("give what it reads a `let`, and use that in both places"),
             );
@@ -104,7 +104,7 @@ impl<'a> ExprLowering<'a> {
         let near = || diagnostics.suggestion(name, candidates);
         let mut diagnostic =
             Diagnostic::new(Code::UnknownName, span, format!("nothing is called `{name}`"))
-                .about(&name);
+                .about(name);
         if name == "delay" || IntrinsicId::find(name).is_some() {
             diagnostic.code = Code::MisusedName;
             diagnostic.message = format!("`{name}` is a function");

@@ -194,7 +194,7 @@ impl<'a> ModelScope<'a> {
                 let message = format!("`{first}` and `{name}` are one name in generated code");
                 let meant = if first.contains('.') { first } else { name };
                 diagnostics.error(
-                    Diagnostic::new(Code::DuplicateName, *span, message).about(&first).about(&name)
+                    Diagnostic::new(Code::DuplicateName, *span, message).about(first).about(name)
                         .label(place, "the other one")
                         .help(format!(
                             "rename one of them, as `_` stands for the point there; or is `{meant}` meant?"

@@ -148,7 +148,7 @@ impl<'a> ModelScope<'a> {
                     ranges.join("][")
                 );
                 diagnostics
-                    .error(Diagnostic::new(Code::IndexOutOfRange, value.span, message).about(&of));
+                    .error(Diagnostic::new(Code::IndexOutOfRange, value.span, message).about(of));
             }
         }
     }

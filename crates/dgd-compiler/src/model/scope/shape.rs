@@ -90,7 +90,7 @@ impl ArrayShape {
             let message = format!("one value of `{name}` is a list itself");
             return Err(diagnostics.error(
                 Diagnostic::new(Code::ValueCount, values.span, message)
-                    .about(&name)
+                    .about(name)
                     .help("write one value for each element"),
             ));
         };
@@ -109,7 +109,7 @@ impl ArrayShape {
             };
             return Err(diagnostics.error(
                 Diagnostic::new(Code::ValueCount, values.span, message)
-                    .about(&name)
+                    .about(name)
                     .help(format!("write {count} values, or one for all without a comma")),
             ));
         }

@@ -206,7 +206,7 @@ impl ScreenData<'_> {
         let (system, brought) = match screening {
             Ok(screening) => screening,
             Err(refused) => {
-                return CandidateCompany::LeftOut(format!("cannot be applied: {}", refused));
+                return CandidateCompany::LeftOut(format!("cannot be applied: {refused}"));
             }
         };
         let inner = self.inner_of_one(&system, one, &brought[0]);

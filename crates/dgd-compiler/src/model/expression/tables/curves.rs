@@ -170,7 +170,7 @@ fn verify_count(
     Err(diagnostics.error(
         Diagnostic::new(Code::InvalidTablePoints, span, message)
             .about(&table.name.text)
-            .about(&name)
+            .about(name)
             .help("it needs two at least; what is the same everywhere is a `constant`"),
     ))
 }

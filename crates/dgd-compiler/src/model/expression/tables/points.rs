@@ -162,7 +162,7 @@ impl<'a> ExprLowering<'a> {
                 diagnostics.error(
                     Diagnostic::new(Code::UnitsOfSides, array.span, message)
                         .about(&table.name.text)
-                        .about(&name),
+                        .about(name),
                 )
             }));
         }
@@ -237,7 +237,7 @@ pub(in crate::model::expression) fn written<'a>(
             let message = format!("`{path}` is not read here");
             return Err(diagnostics.error(
                 Diagnostic::new(Code::UnusableImport, *path_span, message)
-                    .about(&path)
+                    .about(path)
                     .help("a table of an effect has its points written out"),
             ));
         }
