@@ -234,7 +234,7 @@ impl CrateCode {
     fn read(files: &[File]) -> CrateCode {
         let has_library = files.iter().any(|file| file.path == ["lib"]);
         let is_product = |file: &&File| {
-            !file.path.iter().any(|part| part == "tests") && !(has_library && file.path == ["main"])
+            !(file.path.iter().any(|part| part == "tests") || has_library && file.path == ["main"])
         };
         let read =
             |file: &File| (file.module().to_vec(), FileCode::read(file.path.join("/"), &file.text));
@@ -242,7 +242,9 @@ impl CrateCode {
         let only_tests: Vec<ModulePath> = all
             .iter()
             .flat_map(|(module, file)| {
-                file.test_modules.iter().map(|child| [module.as_slice(), &[child.clone()]].concat())
+                file.test_modules
+                    .iter()
+                    .map(|child| [module.as_slice(), std::slice::from_ref(child)].concat())
             })
             .collect();
         all.retain(|module, _| !only_tests.iter().any(|test| module.starts_with(test)));
@@ -285,12 +287,12 @@ impl CrateCode {
             return self.defining(&[&target, &rest[1..]].concat(), &passed);
         }
         let globs = file.imports.iter().filter(|import| import.name == "*");
-        let from_globs = globs.filter_map(|import| {
+        let mut from_globs = globs.filter_map(|import| {
             let target = self.absolute(module, &import.path[..import.path.len() - 1])?;
             let found = self.defining(&[&target, rest].concat(), &passed)?;
             self.0[&found.0].defined.contains(item).then_some(found)
         });
-        Some(from_globs.last().unwrap_or((module.to_vec(), false)))
+        Some(from_globs.next_back().unwrap_or((module.to_vec(), false)))
     }
 
     fn uses(&self) -> FileUses {

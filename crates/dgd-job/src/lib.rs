@@ -32,4 +32,4 @@ pub use outcome::{FailureClass, PieceOutcome, document};
 pub use piece::{Piece, PieceKind, shell};
 pub use status::{FailedPiece, JobStatus, status};
 pub use store::{FleetStore, KeyValueStore, PieceState, StoreOpener, is_elsewhere, set_opens};
-pub use syntax::OptionSyntax;
+pub use syntax::{GivenWord, OptionSyntax};

@@ -25,7 +25,7 @@ pub enum JobError {
         /// Its path.
         path: PathBuf,
         /// The mistake.
-        mistake: JobMistake,
+        mistake: Box<JobMistake>,
     },
     /// There are fewer pieces.
     NoPiece(usize),

@@ -98,8 +98,9 @@ impl Job {
         let text = std::fs::read_to_string(path)
             .map_err(|error| JobError::Unreadable { path: path.to_owned(), error })?;
         let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty());
-        Job::read(&text, folder.unwrap_or(Path::new(".")), syntax)
-            .map_err(|mistake| JobError::Invalid { path: path.to_owned(), mistake })
+        Job::read(&text, folder.unwrap_or(Path::new(".")), syntax).map_err(|mistake| {
+            JobError::Invalid { path: path.to_owned(), mistake: Box::new(mistake) }
+        })
     }
 
     /// Reads the text of a job file in this folder.

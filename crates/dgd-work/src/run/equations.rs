@@ -128,7 +128,7 @@ impl ModelEquations {
     ///
     /// # Errors
     ///
-    /// [`WorkError::Found`]: the time is beyond the data.
+    /// [`WorkError`]: the time is beyond the data.
     pub fn inputs(&self, t: f64) -> Result<Vec<f64>, WorkError> {
         let u = self.inputs_si(t)?;
         let declared = self.signature().inputs.iter();

@@ -232,14 +232,14 @@ fn wishes(
         }
         let known = known.iter().map(|&name| name.to_owned()).collect();
         let (given, kind, name) = (Some(argument.into()), "column", name.to_owned());
-        Err(UsageError::Unknown { given, kind, name, known })
+        Err(WorkError::from(UsageError::Unknown { given, kind, name, known }))
     };
     let mut same = Vec::new();
     for text in &request.same {
         let names: Vec<String> = text
             .split(',')
             .map(|name| verify(Argument::Same, name.trim()))
-            .collect::<Result<_, UsageError>>()?;
+            .collect::<Result<_, WorkError>>()?;
         if names.len() < 2 {
             return Err(UsageError::OneName(Argument::Same.with(text)).into());
         }
